@@ -26,7 +26,7 @@ const MINIMAL_EDS: &str = "minimal.eds";
 const PROTOTYPE_EDS: &str = "minimal-librecube.eds";
 /// Node-IDs of slaves.
 const SLAVES: RangeInclusive<u8> = 2..=127;
-/// When the files were first made, and when what they say changed last.
+/// Date of creation of the files, and of the last change of their content.
 const CREATED: Timestamp = Timestamp { year: 2026, month: 11, day: 21, hour: 12, minute: 0 };
 const MODIFIED: Timestamp = CREATED;
 
@@ -68,7 +68,7 @@ pub struct Options {
     profile: Profile,
 }
 
-/// Writes the files, or looks whether they are current.
+/// Writes the files, or checks whether they are current.
 ///
 /// # Errors
 /// When a file cannot be written, or is not current.
@@ -95,12 +95,12 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     files.iter().try_for_each(|(name, _)| output::line(out.join(name).display()))
 }
 
-/// A file without the entry that names the data sheet.
+/// Removes the entry that names the data sheet from a file.
 fn without_last_eds(text: &str) -> String {
     text.split_inclusive('\n').filter(|line| !line.starts_with("LastEDS=")).collect()
 }
 
-/// Reports what two devices of a network have in common and must not (ECSS 6.10l, m).
+/// Reports Node-IDs and COB-IDs that two devices of a network have in common (ECSS 6.10l, m).
 fn check_network(files: &[PathBuf]) -> anyhow::Result<()> {
     let mut senders = Vec::new();
     for path in files {
@@ -132,7 +132,7 @@ fn check(out: &Path, files: &[(String, String)]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Names and texts of a package that prints them.
+/// Returns names and texts of the files that a package prints.
 fn files_of(package: &str, options: &Options) -> anyhow::Result<Vec<(String, String)>> {
     let manifest = manifest(options.manifest_path.as_deref())?;
     let mut files = vec![printed(package, &manifest, None)?];
@@ -142,7 +142,7 @@ fn files_of(package: &str, options: &Options) -> anyhow::Result<Vec<(String, Str
     Ok(files)
 }
 
-/// What the package prints, and the name that stands in it.
+/// Returns the output of the package, and the file name in it.
 fn printed(package: &str, manifest: &Path, node: Option<u8>) -> anyhow::Result<(String, String)> {
     let mut cargo = firmware_images::host_cargo();
     cargo.current_dir(manifest.parent().unwrap_or(Path::new(".")));
@@ -161,7 +161,7 @@ fn printed(package: &str, manifest: &Path, node: Option<u8>) -> anyhow::Result<(
     Ok((name.to_owned(), text))
 }
 
-/// Names and texts.
+/// Returns names and texts of the files.
 fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
     let profile = numbers(options.profile);
     let description = Description::new(&slave_device(options.profile), |node| slave(node, profile))?;
@@ -189,7 +189,7 @@ fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
     Ok(files)
 }
 
-/// A full slave, and the minimal ones of the profile.
+/// Returns a full slave, and the minimal ones of the profile.
 fn usual_slaves(profile: &profile::Profile) -> Vec<u8> {
     std::iter::once(3).chain(profile.minimal.iter().map(|slave| slave.node.get())).collect()
 }
@@ -198,7 +198,8 @@ fn is_minimal(profile: &profile::Profile, node: NodeId) -> bool {
     profile.minimal.iter().any(|slave| slave.node == node)
 }
 
-/// Minimal slaves have other PDOs in profile `librecube`: a description for each, whatever profile the others have.
+/// Minimal slaves have other PDOs in profile `librecube`: a description for each, independent of the profile of the
+/// others.
 fn minimal_descriptions() -> anyhow::Result<(Description, Description)> {
     let (standard, librecube) = (numbers(Profile::Standard), numbers(Profile::Librecube));
     let minimal = |node| MinimalObjects::new(node, standard);

@@ -16,7 +16,7 @@ use embedded_can::StandardId;
 use crate::Uptime;
 use crate::frame::{cause, from_driver, to_driver};
 
-/// Every bit of an identifier counts.
+/// Mask that compares all 11 bits of an identifier.
 const ALL_BITS: StandardId = StandardId::MAX;
 
 /// Driver over bxCAN of embassy-stm32, for the controller that owns the filters: CAN1, or the only one.
@@ -32,7 +32,7 @@ impl Bxcan {
     }
 }
 
-/// Polls once: a future of this driver keeps nothing that is lost when it is dropped.
+/// Polls a future once and drops it. Futures of this driver hold no state that is lost then.
 fn poll_once<F: Future>(future: F, context: &mut Context<'_>) -> Poll<F::Output> {
     pin!(future).poll(context)
 }
@@ -46,12 +46,12 @@ fn mailbox(place: u8) -> Mailbox {
 }
 
 impl Driver for Bxcan {
-    /// Two in each of the 14 banks that CAN1 has after a reset.
+    /// CAN1 has 14 banks after a reset, with two filters each.
     const FILTERS: usize = 28;
 
     fn transmit(&mut self, frame: &Frame, _context: &mut Context<'_>) -> Result<Accepted, Refused> {
         let own = to_driver(frame).ok_or(Refused::Error(LastError::None))?;
-        // It refuses while a frame with this COB-ID is in a mailbox: `poll_sent` of that one has registered the task.
+        // Refused while a frame with this COB-ID is in a mailbox. `poll_sent` of that frame has registered the task.
         let status = self.can.try_write(&own).map_err(|_| Refused::Full)?;
         let replaced = status.dequeued_frame().is_some();
         Ok(Accepted::Followed { place: status.mailbox() as u8, replaced })
@@ -80,7 +80,7 @@ impl Driver for Bxcan {
     }
 
     fn abort(&mut self, place: u8) -> bool {
-        // Its interrupt would clear the result of the mailbox before the driver reads it.
+        // With interrupts on, the handler would clear the result of the mailbox before the driver reads it.
         CriticalSectionMutex::new(()).lock(|()| self.can.abort(mailbox(place)))
     }
 
@@ -88,7 +88,7 @@ impl Driver for Bxcan {
         if core::mem::replace(&mut self.mode, mode) == mode {
             return;
         }
-        // Both futures give their command when they are polled first; the controller obeys it by itself.
+        // Both futures write their command at the first poll. The controller then executes it without the driver.
         let mut context = Context::from_waker(Waker::noop());
         if mode == Mode::Off {
             let _ = poll_once(self.can.sleep(), &mut context);

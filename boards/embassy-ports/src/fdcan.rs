@@ -16,7 +16,7 @@ use embassy_stm32::can::{Can, CanConfigurator, OperatingMode, Properties};
 use crate::Uptime;
 use crate::frame::{cause, from_driver, to_driver};
 
-/// Filters of a controller.
+/// Number of acceptance filters of a controller.
 const FILTERS: usize = 28;
 
 /// Driver over FDCAN of embassy-stm32, for frames of classical CAN.
@@ -25,16 +25,16 @@ pub struct Fdcan {
 }
 
 enum State {
-    /// Off the bus, and not started. `None` only while it starts.
+    /// Not started, off the bus. `None` only during the start.
     Configured(Option<CanConfigurator<'static>>),
-    /// On the bus, from the first `join` on.
+    /// Started by the first `join`, on the bus.
     Started(Can<'static>),
 }
 
 impl Fdcan {
     /// Takes a controller whose bit rate is set. It stays off the bus until the node joins.
     pub fn new(mut can: CanConfigurator<'static>) -> Self {
-        // The queue by priority gives up the wrong frame.
+        // FIFO: the priority queue aborts the wrong frame when it is full.
         let config = can.config().set_tx_buffer_mode(TxBufferMode::Fifo);
         can.set_config(config.set_global_filter(GlobalFilter::reject_all()));
         Fdcan { state: State::Configured(Some(can)) }
@@ -61,7 +61,7 @@ impl Driver for Fdcan {
     fn transmit(&mut self, frame: &Frame, context: &mut Context<'_>) -> Result<Accepted, Refused> {
         let can = self.started().ok_or(Refused::Full)?;
         let own = to_driver(frame).ok_or(Refused::Error(LastError::None))?;
-        // Dropped when it waits: it has written nothing then.
+        // A future that is pending has written nothing, so it can be dropped.
         match pin!(can.write(&own)).poll(context) {
             Poll::Ready(replaced) => {
                 Ok(Accepted::Unfollowed { replaced: replaced.as_ref().and_then(from_driver) })
@@ -76,7 +76,7 @@ impl Driver for Fdcan {
             let received = match pin!(can.read()).poll(context) {
                 Poll::Ready(Ok(envelope)) => {
                     let Some(frame) = from_driver(&envelope.frame) else { continue };
-                    // Not the stamp of the driver, which takes the frequency of its timer for another one.
+                    // The driver's own stamp is wrong: it assumes another frequency of its timer.
                     Received::Frame { frame, stamp: Stamp::interrupt(Uptime.now()) }
                 }
                 Poll::Ready(Err(error)) => Received::Error(cause(&error)),

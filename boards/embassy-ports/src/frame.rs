@@ -6,12 +6,12 @@ use embassy_stm32::can;
 use embassy_stm32::can::enums::BusError;
 use embedded_can::Id;
 
-/// Makes a frame of the driver.
+/// Converts a frame to the driver's type.
 pub fn to_driver(frame: &Frame) -> Option<can::Frame> {
     can::Frame::new_standard(frame.id().raw(), frame.data()).ok()
 }
 
-/// A data frame with an identifier of 11 bits; `None` for any other frame.
+/// Converts a data frame with an 11-bit identifier. Returns `None` for any other frame.
 pub fn from_driver(frame: &can::Frame) -> Option<Frame> {
     let header = frame.header();
     let Id::Standard(id) = *header.id() else { return None };
@@ -21,7 +21,8 @@ pub fn from_driver(frame: &can::Frame) -> Option<Frame> {
     Frame::new(CobId::new(id.as_raw())?, frame.data()).ok()
 }
 
-/// `BitRecessive` of the driver: a dominant level was sent, and a recessive one was read.
+/// Converts the cause of an error. `BitRecessive` of the driver: a dominant level was sent and a recessive one was
+/// read.
 pub fn cause(error: &BusError) -> LastError {
     match error {
         BusError::Stuff => LastError::Stuff,

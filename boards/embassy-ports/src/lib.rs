@@ -34,9 +34,9 @@
 //!
 //! # Defects of embassy-stm32 0.6.0 that these ports avoid
 //!
-//! 1. The queue by priority of FDCAN, its default, gives up the frame of the *higher* priority when it is full
+//! 1. The queue by priority of FDCAN, its default, discards the frame of the *higher* priority when it is full
 //!    (`Registers::is_available`). `Fdcan` selects the FIFO.
-//! 2. `flush` of FDCAN takes `1 << index` for an index, and so looks at wrong buffers. `Fdcan` has no results.
+//! 2. `flush` of FDCAN uses `1 << index` as an index and therefore checks wrong buffers. `Fdcan` has no results.
 //! 3. Stamps of FDCAN divide by the prescaler where they have to multiply. `Fdcan` reads the clock of the node.
 //! 4. The buffered drivers drop received frames when their queue is full.
 //! 5. The buffered driver of bxCAN also drops frames that it replaced. The ports use no buffered driver.

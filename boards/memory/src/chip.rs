@@ -12,12 +12,12 @@ pub struct Chip {
     flash_kib: u32,
 }
 
-/// Lines that have the same memories and the same DEV_ID.
+/// Product lines with the same memories and the same DEV_ID.
 #[derive(Debug, PartialEq, Eq)]
 struct Family {
-    /// Digits behind `stm32f`.
+    /// Digits of the lines after `stm32f`, for example `405`.
     lines: &'static [&'static str],
-    /// Sizes of flash of any of them, as letters.
+    /// Letters of the flash sizes that exist in these lines.
     flash: &'static [char],
     /// Contiguous SRAM from 2000 0000h on, KiB.
     ram_kib: u32,

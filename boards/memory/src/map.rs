@@ -64,7 +64,7 @@ __device_id = {device_id:#05x};
     }
 }
 
-/// A line of MEMORY.
+/// Returns a line of the linker's MEMORY block.
 fn region(name: &str, origin: u32, kib: u32) -> String {
     format!("  {name:<5} : ORIGIN = 0x{origin:08X}, LENGTH = {kib}K\n")
 }

@@ -1,4 +1,4 @@
-//! What a build script does.
+//! Work of a board's build script.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -9,7 +9,7 @@ use crate::{Error, chip_of_board, chip_of_manifest};
 /// the linker finds it. Call it from the build script.
 ///
 /// # Panics
-/// Stops the build when the chip is missing, not supported, or another one in `board.toml`.
+/// Stops the build when the chip is missing, is not supported, or differs from the one in `board.toml`.
 pub fn place() {
     let folder = PathBuf::from(variable("CARGO_MANIFEST_DIR"));
     let is_image = variable("CARGO_CFG_TARGET_OS") == "none";

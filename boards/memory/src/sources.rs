@@ -30,7 +30,7 @@ pub fn chip_of_manifest(manifest: &str) -> Result<Chip, Error> {
     }
 }
 
-/// Returns the name of the chip in the text of a `board.toml`, as it stands there: `STM32F446RETx`.
+/// Returns the name of the chip in the text of a `board.toml`, unchanged, for example `STM32F446RETx`.
 ///
 /// # Errors
 /// When it is not TOML or names no chip.
@@ -58,7 +58,8 @@ fn chips_of(dependencies: &dyn TableLike) -> Vec<String> {
         .collect()
 }
 
-/// Returns whether a feature of embassy-stm32 names a chip. Others have a hyphen there, as `stm32-hrtim`.
+/// Returns whether a feature of embassy-stm32 names a chip. Other features have a hyphen at that place, as
+/// `stm32-hrtim`.
 fn is_chip(feature: &str) -> bool {
     feature
         .strip_prefix("stm32")

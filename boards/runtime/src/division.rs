@@ -1,11 +1,11 @@
 //! Division of 64-bit numbers, in place of the compiler's functions, which take ten times the memory.
 //!
-//! A bit of the quotient takes some ten cycles. Divided are times in microseconds, a few for each SYNC. Strong symbols take
-//! the place of weak ones of `compiler_builtins` (run-time ABI of ARM, IHI 0043, 4.3.1).
+//! Each bit of the quotient takes about ten cycles. A node divides times in microseconds, a few for each SYNC. Strong
+//! symbols take the place of weak ones of `compiler_builtins` (run-time ABI of ARM, IHI 0043, 4.3.1).
 
-// SAFETY: as the run-time ABI has it, the numerator is in r0 and r1, the denominator in r2 and r3, the lower words first. The
-// quotient is returned in r0 and r1, the remainder in r2 and r3. The stack is used for saved registers only, r4 to r6 are
-// restored. By zero, which Rust checks before, it ends with a quotient of ones.
+// SAFETY: as the run-time ABI defines, the numerator is in r0 and r1, the denominator in r2 and r3, the lower words
+// first. The quotient is returned in r0 and r1, the remainder in r2 and r3. The stack is used for saved registers only,
+// r4 to r6 are restored. A division by zero, which Rust excludes before the call, ends with a quotient of all ones.
 core::arch::global_asm!(
     ".syntax unified",
     ".section .text.__aeabi_uldivmod, \"ax\", %progbits",
@@ -42,9 +42,9 @@ core::arch::global_asm!(
     ".size __aeabi_uldivmod, . - __aeabi_uldivmod",
 );
 
-// SAFETY: operands and results as above, signed: the quotient is rounded towards zero, the remainder has the sign of the
-// numerator. `__aeabi_uldivmod` divides the absolute values, of which that of the least number is right as an unsigned one.
-// The stack is used for saved registers only, r4 to r6 are restored.
+// SAFETY: operands and results as above, signed: the quotient is rounded towards zero, the remainder has the sign of
+// the numerator. `__aeabi_uldivmod` divides the absolute values. The absolute value of the least number is correct when
+// read as unsigned. The stack is used for saved registers only, r4 to r6 are restored.
 core::arch::global_asm!(
     ".syntax unified",
     ".section .text.__aeabi_ldivmod, \"ax\", %progbits",

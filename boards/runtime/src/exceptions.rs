@@ -2,7 +2,7 @@
 
 use boards_stm32f4::exceptions::{FAULT_STACK, FAULT_STACK_SIZE, ReadLog, on_fault, on_oscillator, on_tick};
 
-/// What a record gets of the log.
+/// Function that copies the end of the log into a record.
 const LOG: ReadLog = {
     #[cfg(feature = "log")]
     let log = crate::log::newest;
@@ -11,7 +11,8 @@ const LOG: ReadLog = {
     log
 };
 
-/// `frame`: where the exception stacked the registers of what it interrupted. Of all three.
+/// Ends the program; used by all three fault exceptions. `frame`: address at which the exception stacked the registers
+/// of the interrupted code.
 extern "C" fn fault(frame: u32) -> ! {
     on_fault(Some(frame), LOG)
 }
@@ -24,8 +25,8 @@ extern "C" fn tick(frame: u32) {
     on_tick(Some(frame), LOG);
 }
 
-/// Defines the handler of an exception after which nothing returns. The stack may be lost: it loads another one before it touches
-/// memory.
+/// Defines the handler of an exception that never returns. The stack may be unusable, so the handler loads another
+/// stack pointer before it accesses memory.
 macro_rules! on_its_own_stack {
     ($exception:ident, $handler:ident) => {
         // SAFETY: the vector table knows the handler by this name and no other symbol has it. It never returns.
@@ -46,10 +47,10 @@ macro_rules! on_its_own_stack {
 }
 
 on_its_own_stack!(HardFault, fault);
-// The clock security system raises it alone (RM0090 7.2.7).
+// Only the clock security system raises the NMI (RM0090 7.2.7).
 on_its_own_stack!(NonMaskableInt, oscillator);
 
-/// Above all other handlers.
+/// Has a higher priority than all other handlers.
 // SAFETY: the vector table knows the handler by this name and no other symbol has it. `tick` returns from the exception.
 #[unsafe(no_mangle)]
 #[unsafe(naked)]

@@ -1,5 +1,5 @@
-//! Runtime of an image: what an image needs beside its application, and may have only once. Each feature is one of these; all are on
-//! by default.
+//! Runtime of an image: items that an image needs besides its application and may define only once. Each feature
+//! enables one of them; all are on by default.
 //!
 //! | feature | what the image gets |
 //! | --- | --- |
@@ -12,10 +12,10 @@
 //! | `exceptions` | handlers of faults, NMI and SysTick, which end or supervise the program |
 //! | `memory` | routines of the compiler, smaller or faster: copies of memory, divisions of 64-bit numbers |
 //!
-//! An image links this crate by `Irqs`, or by `use boards_runtime as _`. [`node_tasks`] declares a function
-//! that spawns the tasks of a node, [`pulse_task`] one for the pulse output.
+//! An image links this crate by using `Irqs`, or by `use boards_runtime as _`. [`node_tasks`] declares a function that
+//! spawns the tasks of a node, [`pulse_task`] one for the pulse output.
 //!
-//! On the host it has these macros alone.
+//! On the host the crate contains only these macros.
 
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_op_in_unsafe_fn)]

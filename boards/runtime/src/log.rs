@@ -1,10 +1,12 @@
-//! The log: a ring in RAM, by `defmt-rtt`, that a debug probe reads. The record of a program that ends has its newest bytes.
+//! The log: a ring in RAM, by `defmt-rtt`, that a debug probe reads. When a program ends, its record contains the
+//! newest bytes of the log.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use defmt_rtt as _;
 
-/// Control block of the log, as RTT has it and version 1.3.1 of `defmt-rtt` declares it; the manifest names that version exactly.
+/// Control block of the log, with the layout of RTT as version 1.3.1 of `defmt-rtt` declares it. The manifest requires
+/// exactly that version.
 #[repr(C)]
 struct ControlBlock {
     id: [u8; 16],
@@ -13,7 +15,7 @@ struct ControlBlock {
     name: u32,
     buffer: u32,
     size: u32,
-    /// Where the next byte goes, in the buffer.
+    /// Offset in the buffer at which the next byte is written.
     next: AtomicU32,
 }
 
@@ -24,7 +26,7 @@ unsafe extern "C" {
     static LOG: ControlBlock;
 }
 
-/// Copies the newest bytes of the log, the newest one last. A control block of another layout has none.
+/// Copies the newest bytes of the log, the newest one last. Copies nothing if the control block has another layout.
 pub(crate) fn newest(bytes: &mut [u8]) {
     // SAFETY: `defmt-rtt` defines the symbol, and it is larger than what is read here. Any bits are numbers.
     let log = unsafe { &LOG };

@@ -1,12 +1,13 @@
 //! Copying and filling memory by words, in place of the compiler's functions.
 //!
-//! Built for size, those move a byte at a time wherever the alignment is not known, and start-up alone copies 100 kB: two
-//! milliseconds. A strong symbol takes the place of a weak one of `compiler_builtins` (run-time ABI of ARM, IHI 0043, 4.3.4).
+//! The compiler's functions, built for size, move one byte at a time where the alignment is not known. Start-up alone
+//! copies 100 kB, which takes them two milliseconds. A strong symbol replaces a weak one of `compiler_builtins`
+//! (run-time ABI of ARM, IHI 0043, 4.3.4).
 
-// SAFETY (memcpy): as C has it, `r0` and `r1` are areas of `r2` bytes that do not overlap. Each byte is read and written once and
-// none beyond. LDM and STM are used only where both pointers are multiples of four: what `__aeabi_memcpy4` and `8` promise
-// and the others test. LDR and STR take any address of memory, as UNALIGN_TRP of CCR is zero after reset and stays so.
-// r4 to r6 are restored, r0 is returned.
+// SAFETY (memcpy): as C has it, `r0` and `r1` are areas of `r2` bytes that do not overlap. Each byte is read and
+// written once and none beyond. LDM and STM are used only where both pointers are multiples of four: callers of
+// `__aeabi_memcpy4` and `8` guarantee that, the other functions test it. LDR and STR take any address of memory, as
+// UNALIGN_TRP of CCR is zero after reset and stays so. r4 to r6 are restored, r0 is returned.
 core::arch::global_asm!(
     ".syntax unified",
     ".section .text.memcpy, \"ax\", %progbits",
@@ -45,7 +46,7 @@ core::arch::global_asm!(
     "str r3, [r12], #4",
     "subs r2, #4",
     "bhs 5b",
-    // None to three bytes are left; r2 is their number less four.
+    // Zero to three bytes are left; r2 is their number minus four.
     "6: adds r2, #4",
     "beq 8f",
     "7: ldrb r3, [r1], #1",
@@ -56,8 +57,9 @@ core::arch::global_asm!(
     ".size memcpy, . - memcpy",
 );
 
-// SAFETY (memset): as C and the run-time ABI have it, `r0` is an area of as many bytes as asked for. Each is written once and none
-// beyond. STM is used only where the pointer is a multiple of four, STR takes any address of memory. r0 is returned.
+// SAFETY (memset): as C and the run-time ABI define, `r0` is an area of the requested number of bytes. Each is written
+// once and none beyond. STM is used only where the pointer is a multiple of four, STR takes any address of memory. r0
+// is returned.
 core::arch::global_asm!(
     ".syntax unified",
     ".section .text.memset, \"ax\", %progbits",
@@ -118,9 +120,10 @@ core::arch::global_asm!(
     ".size memset, . - memset",
 );
 
-// SAFETY (memmove): as C has it, `r0` and `r1` are areas of `r2` bytes that may overlap. Where writing upwards would overwrite
-// what is still to be read (r1 < r0 < r1 + r2), it goes down from the ends of both; else memcpy reads each byte before it
-// writes there, as it writes below what it reads. Each byte is read and written once and none beyond. r0 is returned.
+// SAFETY (memmove): as C defines, `r0` and `r1` are areas of `r2` bytes that may overlap. If copying upwards would
+// overwrite bytes that are still to be read (r1 < r0 < r1 + r2), it copies downwards from the ends of both. Otherwise
+// memcpy is safe: it writes below the address that it reads, so it reads each byte before it overwrites it. Each byte
+// is read and written once and none beyond. r0 is returned.
 core::arch::global_asm!(
     ".syntax unified",
     ".section .text.memmove, \"ax\", %progbits",
@@ -148,7 +151,7 @@ core::arch::global_asm!(
     "str r3, [r12, #-4]!",
     "subs r2, #4",
     "bhs 1b",
-    // None to three bytes are left; r2 is their number less four.
+    // Zero to three bytes are left; r2 is their number minus four.
     "2: adds r2, #4",
     "beq 4f",
     "3: ldrb r3, [r1, #-1]!",

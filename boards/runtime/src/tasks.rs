@@ -1,7 +1,8 @@
-//! Tasks of an image: those of a node on two buses, and that of its pulse output.
+//! Tasks of an image: the tasks of a node on two buses, and the task of its pulse output.
 
-/// Declares a function that spawns the tasks of a node: `fn NAME(BOARD, NODE)`, with the types of its board and its node. The
-/// function takes a `Spawner` and the `Runners` of the node. Tasks of Embassy cannot be generic, so that each image has its own.
+/// Declares a function that spawns the tasks of a node: `fn NAME(BOARD, NODE)`, with the types of its board and its
+/// node. The function takes a `Spawner` and the `Runners` of the node. Tasks of Embassy cannot be generic, so each
+/// image declares its own.
 ///
 /// The tasks are supervised under the names `bus`, twice, and `due`. The image depends on `ecss-can` and `embassy-executor`.
 ///

@@ -1,4 +1,4 @@
-//! What every board hands to an image.
+//! Peripherals and data that a board provides to an image.
 
 use core::marker::PhantomData;
 
@@ -22,7 +22,7 @@ use crate::store::{self, ChipFlash, Crc, ParameterLog};
 use crate::straps::{self, StrapError};
 use crate::{Uptime, retained, spare, supervisor};
 
-/// Everything an image needs of the board `B`.
+/// Peripherals and data of the board `B` for an image.
 pub struct Board<B> {
     /// The CAN controllers, off their buses, and the time since power-on: for
     /// [`Resources::start`](ecss_can::runner::Resources::start).
@@ -34,12 +34,12 @@ pub struct Board<B> {
     pub pulse: Pulse,
     /// The LEDs, dark.
     pub leds: Leds,
-    /// Node-ID of a slave from straps and parameter store. With the strap of maintenance mode closed it is [`MAINTENANCE`],
-    /// whatever these say.
+    /// Node-ID of a slave from straps and parameter store. If the strap of maintenance mode is closed, it is always
+    /// [`MAINTENANCE`].
     pub node_id: Result<NodeId, NoNodeId>,
-    /// What the straps alone say.
+    /// Node-ID of the straps alone.
     pub straps: Result<NodeId, StrapError>,
-    /// RAM that is left, 64 KiB at most: for blocks of data.
+    /// Unused RAM, at most 64 KiB, for blocks of data.
     pub memory: &'static mut [u8],
     board: PhantomData<B>,
 }
@@ -54,7 +54,7 @@ impl<B: BoardSpec> Board<B> {
         let mut store = store(flash);
         let Identity { node_id, straps } = identity(straps, B::HCLK, from_outside, store.as_deref_mut());
         let captured = [edges.nominal.channel, edges.redundant.channel];
-        // There are four.
+        // TIM5 has four channels; two capture.
         let free = (0..3).find(|channel| !captured.contains(channel)).unwrap_or(3);
         let edges = capture::start(capture, edges);
         // CAN1 first: it holds the filter banks and the clock of both.
@@ -78,7 +78,7 @@ impl<B: 'static> Platform for Board<B> {
     type Clock = Uptime;
 }
 
-/// What the node of this board uses beside ports and clock.
+/// Returns the hardware that the node uses besides ports and clock.
 fn hardware(store: Option<&'static mut (dyn ParameterStore + Send)>, post_mortem: PostMortem) -> Hardware {
     let mut hardware = Hardware::default();
     hardware.store = store;
@@ -103,7 +103,7 @@ fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore
     supervisor::feed();
     match store::open(flash) {
         Ok((log, opened)) => {
-            // Reports what was lost and why, or how many bits were corrected.
+            // Logs lost sets with the cause, or the number of corrected bits.
             if opened.damaged > 0 || opened.is_interrupted || opened.corrected > 0 {
                 warn!("parameter store: {}", opened);
             }
@@ -117,14 +117,14 @@ fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore
     }
 }
 
-/// Who this board is.
+/// Identity of the board.
 struct Identity {
     node_id: Result<NodeId, NoNodeId>,
     straps: Result<NodeId, StrapError>,
 }
 
-/// The straps: bits 0 to 3, parity, maintenance mode. They are read after a reset `from_outside`, and are as they were else (ECSS
-/// 6.10g).
+/// The straps: bits 0 to 3, parity, maintenance mode. They are read after a reset `from_outside`; after any other reset
+/// the values read before are kept (ECSS 6.10g).
 #[inline(never)] // a stack of its own is a small one, reached by short instructions
 fn identity(
     straps: [Peri<'static, AnyPin>; 6],

@@ -8,12 +8,12 @@
 //! A board may use any two of the four channels: [`EdgeInput`].
 //!
 //! A pin has one alternate function, so CAN_RX goes to a second pin by wire; without it frames keep the stamps of their
-//! interrupts. Nothing here interrupts: the DMA goes round for ever and is asked for its place when a frame is to be
-//! stamped. That is why the streams are programmed here: the ring buffer of embassy-stm32 counts laps in interrupts and
-//! hands edges out in order, once, where a search looks back and needs no count: edges that were overwritten are not
-//! the pattern of a frame any more.
+//! interrupts. There are no interrupts: the DMA writes the ring continuously, and its position is read when a frame is
+//! to be stamped. The streams are programmed here because the ring buffer of embassy-stm32 counts laps in interrupts
+//! and returns each edge once, in order. The search for a frame reads backwards and needs no count: edges that were
+//! overwritten no longer match the pattern of a frame.
 //!
-//! TIM5 runs since power-on, as the uptime does; what its 32 bits cannot hold comes with the interrupt's time.
+//! TIM5 runs since power-on, as the uptime does. The upper bits beyond its 32 come from the time of the interrupt.
 
 use core::sync::atomic::{Ordering, fence};
 
@@ -43,19 +43,19 @@ static RINGS: PerBus<Ring> = PerBus { nominal: EdgeRing::new(), redundant: EdgeR
 
 type Ring = EdgeRing<PER_MICRO>;
 
-/// The edges of one line.
+/// Captured edges of one CAN_RX line.
 pub struct Edges {
     ring: &'static Ring,
     stream: St,
 }
 
-/// Captures both lines from now on.
+/// Starts the capture of both lines.
 pub fn start(_timer: Peri<'static, peripherals::TIM5>, inputs: PerBus<EdgeInput>) -> PerBus<Edges> {
     rcc::enable_and_reset::<peripherals::TIM5>();
     let nominal = Edges::new(inputs.nominal, &RINGS.nominal);
     let redundant = Edges::new(inputs.redundant, &RINGS.redundant);
     TIM5.arr().write_value(u32::MAX);
-    // An interrupt in between would shift the axis of the stamps against the uptime for ever.
+    // An interrupt in between would offset the stamps from the uptime permanently.
     cortex_m::interrupt::free(|_| {
         TIM5.cnt().write_value(next_microsecond().low::<PER_MICRO>());
         TIM5.cr1().modify(|w| w.set_cen(true));
@@ -63,13 +63,13 @@ pub fn start(_timer: Peri<'static, peripherals::TIM5>, inputs: PerBus<EdgeInput>
     PerBus { nominal, redundant }
 }
 
-/// Each request moves the capture register into the next cell of the ring, for ever, without interrupts. The cells are
-/// atomics of a static: they may change at any time, and are there for ever.
+/// Starts a circular transfer without interrupts: each request moves the capture register into the next cell of the
+/// ring. The cells are atomics of a static: they may change at any time, and their memory is always valid.
 fn go_round(stream: St, capture: *const u32, ring: &'static Ring) {
     stream.par().write_value(capture as u32);
     stream.m0ar().write_value(ring.cells().as_ptr() as u32);
     stream.ndtr().write(|w| w.set_ndt(EDGES as u16));
-    // What the ring held is written before DMA may write.
+    // Completes all earlier writes to the ring before DMA may write.
     fence(Ordering::Release);
     stream.cr().write(|w| {
         w.set_chsel(STREAM_CHANNEL);
@@ -83,9 +83,10 @@ fn go_round(stream: St, capture: *const u32, ring: &'static Ring) {
     });
 }
 
-/// The beginning of a microsecond of the uptime, when it is there. An uptime that stands still is taken as it is.
+/// Waits for the beginning of the next microsecond of the uptime and returns it. If the uptime stands still, returns it
+/// after [`POLLS`] reads.
 fn next_microsecond() -> Stamp {
-    /// Ten times as many as a microsecond has cycles.
+    /// Limit of reads: ten times the cycles of a microsecond.
     const POLLS: usize = 1_680;
     let now = Uptime.now();
     let next = (0..POLLS).map(|_| Uptime.now()).find(|next| *next > now);
@@ -93,15 +94,15 @@ fn next_microsecond() -> Stamp {
 }
 
 impl Edges {
-    /// Captures the edges at an input. TIM5 has its clock, and does not count yet.
+    /// Captures the edges at an input. TIM5 must have its clock and not count yet.
     #[inline(never)] // once for both buses
     fn new(input: EdgeInput, ring: &'static Ring) -> Edges {
         let EdgeInput { pin: AlternatePin(function, pin), channel, stream } = input;
         let stream = pac::DMA1.st(stream);
         let mut pin = Flex::new(pin);
-        // A line without wire is quiet.
+        // The pull-up keeps an input without wire free of edges.
         pin.set_as_af_unchecked(function, AfType::input(Pull::Up));
-        // Dropping it would cut the timer off.
+        // Dropping the pin would disconnect the timer.
         core::mem::forget(pin);
         go_round(stream, TIM5.ccr(channel).as_ptr(), ring);
         TIM5.ccmr_input(channel / 2).modify(|w| w.set_ccs(channel % 2, CcmrInputCcs::TI4));
@@ -113,25 +114,25 @@ impl Edges {
         Edges { ring, stream }
     }
 
-    /// The cell of the ring that the next edge goes to.
+    /// Returns the index of the ring's cell for the next edge.
     pub(crate) fn next(&self) -> usize {
         EDGES - usize::from(self.stream.ndtr().read().ndt())
     }
 
-    /// Edges since `next` was read, fewer than the ring holds.
+    /// Returns the number of edges since `next` was read, modulo the size of the ring.
     pub(crate) fn since(&self, next: usize) -> usize {
         (self.next() + EDGES - next) % EDGES
     }
 }
 
 impl FrameStamps for Edges {
-    /// Measures the stamp if possible. Counts both cases.
+    /// Returns the stamp measured from the edges if possible, otherwise that of the interrupt. Counts both cases.
     fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp {
-        // A receiver has a frame one bit before its end, and at low bit rates its task may come before it too. The time of
-        // its interrupt is a microsecond that has begun.
+        // A receiver has a frame one bit before its end, and at low bit rates its task may run before the end. The time
+        // of the interrupt is rounded down to a microsecond.
         let end = reported.low::<PER_MICRO>().wrapping_add(bit + PER_MICRO);
         let longest = 2 * (bit + PER_MICRO);
-        // Bounded by reads, not by time: the loop ends although the timer stands still.
+        // Bounded by the number of reads: the loop ends even if the timer stands still.
         for _ in 0..longest {
             if !(1..=longest).contains(&end.wrapping_sub(TIM5.cnt().read())) {
                 break;
@@ -139,7 +140,7 @@ impl FrameStamps for Edges {
         }
         let alone_until = TIM5.cnt().read();
         let next = self.next();
-        // What DMA stored before it counted down is read after that count.
+        // Cells are read after the count of DMA, which stores a cell before it counts down.
         fence(Ordering::Acquire);
         let result = if alone() {
             self.ring.stamp(Captured { next, alone_until }, frame, reported, bit)

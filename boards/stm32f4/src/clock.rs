@@ -14,7 +14,7 @@ impl Clock for Uptime {
         Instant::from_micros(embassy_time::Instant::now().as_micros())
     }
 
-    // No `async fn`: its future would hold the deadline twice.
+    // Not an `async fn`: its future would store the deadline twice.
     fn at(&self, deadline: Instant) -> impl Future<Output = ()> {
         Timer::at(embassy_time::Instant::from_micros(deadline.as_micros()))
     }

@@ -1,8 +1,9 @@
-//! Oscillator, PLL and flash accelerator: what must run before anything else does.
+//! Oscillator, PLL and flash accelerator, which are started before anything else.
 //!
-//! The HAL waits for HSE without bound, so HSE is started and checked here first. A board whose oscillator does not run stays on HSI,
-//! whose error of up to 1 % no CAN network tolerates. It touches no controller, reports the failure in its log, and tries again for
-//! ever: the oscillator may start late, as the clock that a NUCLEO gets from its ST-LINK does without USB.
+//! The HAL waits for HSE without a time limit, so HSE is started and checked here first. A board whose oscillator does
+//! not run stays on HSI, whose error of up to 1 % no CAN network tolerates. It accesses no controller, logs the
+//! failure, and retries without limit: the oscillator may start late, as the clock that a NUCLEO gets from its ST-LINK
+//! does without USB.
 
 use thiserror::Error;
 
@@ -22,26 +23,26 @@ use crate::clocks::{Oscillator, OscillatorKind};
 use crate::common::dark;
 use crate::spec::{BoardSpec, clocks_of};
 
-/// Looks at HSERDY until the board reports that HSE does not run. A look takes 6 to 16 cycles of HSI (16 MHz), so that is 0.1 to 0.3 s: a crystal takes
-/// 2 ms (DS8626 table 34), the vendor's HAL gives it 100.
+/// Reads of HSERDY before the board reports that HSE does not run. A read takes 6 to 16 cycles of HSI (16 MHz), which
+/// gives 0.1 to 0.3 s. A crystal takes 2 ms (DS8626 table 34); the vendor's HAL waits 100 ms.
 const HSE_LOOKS: u32 = 270_000;
 /// Prescaler of TIM2 for a count in milliseconds of HSI.
 const MILLISECOND: u16 = 16_000 - 1;
-/// The LEDs take turns at this pace on a board without oscillator, milliseconds.
+/// Time between changes of the LEDs on a board without oscillator, in milliseconds minus one.
 const TURN: u32 = 250 - 1;
 
 /// Starts the clocks of the board `B` and the HAL: APB1 at 42 MHz, its timers at 84 MHz, the core at [`BoardSpec::HCLK`]. One bit
 /// timing and one timer rate on all boards.
 ///
-/// Without its oscillator the board does not return from here until the oscillator runs: it logs the failure, its LEDs take turns, and
-/// both controllers stay in reset. An oscillator from which HCLK cannot be made fails the build.
+/// Without its oscillator the board does not return from here until the oscillator runs: it logs the failure, its LEDs
+/// light in turn, and both controllers stay in reset. An oscillator from which HCLK cannot be derived fails the build.
 ///
 /// # Panics
 /// When called twice.
 pub fn start<B: BoardSpec>() -> Peripherals {
     let clocks = const { clocks_of::<B>() };
     if !oscillates(B::OSCILLATOR) {
-        // SAFETY: `Peripherals` were not handed out yet, and these are dropped before they are.
+        // SAFETY: `Peripherals` were not handed out yet, and this copy is dropped before that happens.
         let board = B::wiring(B::resources(unsafe { Peripherals::steal() }));
         let [sync, state, ..] = board.leds;
         wait_for_oscillator([sync, state]);
@@ -52,7 +53,7 @@ pub fn start<B: BoardSpec>() -> Peripherals {
     config.rcc.pll = Some(Pll {
         prediv: PllPreDiv::from_bits(clocks.prediv),
         mul: PllMul::from_bits(clocks.multiplier),
-        // A divider of 2, 4, 6 or 8 is coded 0 to 3 (RM0090 7.3.2).
+        // A divider of 2, 4, 6 or 8 is encoded as 0 to 3 (RM0090 7.3.2).
         divp: Some(PllPDiv::from_bits(clocks.divider / 2 - 1)),
         divq: None,
         divr: None,
@@ -63,7 +64,7 @@ pub fn start<B: BoardSpec>() -> Peripherals {
     config.rcc.apb2_pre = prescaler(clocks.apb2);
     let peripherals = embassy_stm32::init(config);
     accelerate();
-    // HSE that stops from now on raises the NMI, which ends the program (`post_mortem`).
+    // From now on a failure of HSE raises the NMI, which ends the program (`post_mortem`).
     RCC.cr().modify(|w| w.set_csson(true));
     peripherals
 }
@@ -106,7 +107,7 @@ pub fn accelerate() {
     });
 }
 
-/// What is wrong with the clock tree.
+/// Fault of the clock tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -117,20 +118,20 @@ pub enum ClockFault {
     /// SYSCLK comes from elsewhere than the PLL of HSE.
     #[error("SYSCLK comes from elsewhere than the PLL of HSE")]
     Source,
-    /// Core cycles in 10 ms of the uptime, which are to be a hundredth of HCLK.
+    /// Wrong number of core cycles in 10 ms of the uptime; a hundredth of HCLK is expected.
     #[error("{0} core cycles in 10 ms")]
     Rate(u32),
 }
 
-/// Checks that SYSCLK is the PLL of HSE, and the core's clock against the timer of the uptime. Both follow one oscillator: its
-/// own frequency takes an instrument. After `Board::new`, which starts SysTick.
+/// Checks that SYSCLK is the PLL of HSE, and compares the core's clock with the timer of the uptime. Both derive from
+/// one oscillator, so an error of its frequency needs an instrument. Call it after `Board::new`, which starts SysTick.
 ///
 /// # Errors
 /// [`ClockFault`].
 pub fn check_clock<B: BoardSpec>() -> Result<(), ClockFault> {
     const TIME: Duration = Duration::from_millis(10);
     let expected = B::HCLK / 100;
-    // The timer ticks in microseconds at best, and an interrupt may come in between.
+    // The timer has a resolution of a microsecond, and an interrupt may occur in between.
     let tolerance = expected / 100;
     if !RCC.cr().read().hserdy() {
         return Err(ClockFault::Oscillator);
@@ -138,22 +139,22 @@ pub fn check_clock<B: BoardSpec>() -> Result<(), ClockFault> {
     if RCC.cfgr().read().sws() != Sysclk::PLL1_P || RCC.pllcfgr().read().pllsrc() != PllSource::HSE {
         return Err(ClockFault::Source);
     }
-    // Bounded by looks: the uptime may stand still.
+    // Bounded by the number of reads: the uptime may stand still.
     let begin = (SYST::get_current(), Uptime.now());
     let is_over = (0..expected).any(|_| Uptime.now().since(begin.1) >= TIME);
     let (begin, end) = (begin.0, SYST::get_current());
-    // It counts down, and begins again at its reload value.
+    // SysTick counts down and restarts at its reload value.
     let cycles = if end <= begin { begin - end } else { begin + SYST::get_reload() + 1 - end };
     let is_right = is_over && cycles.abs_diff(expected) <= tolerance;
     if is_right { Ok(()) } else { Err(ClockFault::Rate(cycles)) }
 }
 
-/// BOR_LEV of the option bytes: 3 is off, 0 the highest supply.
+/// Returns BOR_LEV of the option bytes, 0 to 3: 3 is off, 0 the highest threshold.
 pub fn brown_out_level() -> u8 {
     FLASH.optcr().read().bor_lev()
 }
 
-/// An F405 of revision A cannot (ES0182). It names itself 411h there.
+/// Returns whether the prefetch works. It does not in an F405 of revision A, which reports the DEV_ID 411h (ES0182).
 fn can_prefetch() -> bool {
     const STM32F20X: u16 = 0x411;
     const STM32F405: u16 = 0x413;
@@ -166,23 +167,23 @@ fn can_prefetch() -> bool {
     }
 }
 
-/// The safe state of a board without oscillator: both controllers stay in reset, off their pins, and the LEDs take turns. HSE is
-/// started anew at each turn, until it runs. The HAL is not started.
+/// Safe state of a board without oscillator: both controllers stay in reset, off their pins, and the LEDs light in
+/// turn. HSE is started again at each turn until it runs. The HAL is not started.
 fn wait_for_oscillator(leds: [Peri<'static, AnyPin>; 2]) {
-    // TIM2 is the time of the log, which stands at zero, and then the pace of the LEDs.
+    // TIM2 first is the time of the log, which stays at zero, and then times the LEDs.
     RCC.apb1enr().modify(|w| w.set_tim2en(true));
     error!("HSE does not start: staying off both buses");
     TIM2.psc().write_value(MILLISECOND);
     TIM2.arr().write_value(TURN);
     TIM2.cr1().write(|w| w.set_cen(true));
     for led in &leds {
-        // A bit for each port, from A on.
+        // One bit for each port, beginning with port A.
         RCC.ahb1enr().modify(|w| w.0 |= 1 << led.port());
     }
     let [mut first, mut second] = leds.map(dark);
     first.set_high();
     while !RCC.cr().read().hserdy() {
-        // A crystal that did not begin to oscillate gets another start.
+        // Starts a crystal again that did not begin to oscillate.
         RCC.cr().modify(|w| w.set_hseon(false));
         RCC.cr().modify(|w| w.set_hseon(true));
         while !TIM2.sr().read().uif() {}
@@ -191,7 +192,7 @@ fn wait_for_oscillator(leds: [Peri<'static, AnyPin>; 2]) {
         second.toggle();
     }
     warn!("HSE has started late");
-    // As after a reset: TIM2 is the time driver's from here on.
+    // Resets TIM2: the time driver uses it from here on.
     RCC.apb1rstr().modify(|w| w.set_tim2rst(true));
     RCC.apb1rstr().modify(|w| w.set_tim2rst(false));
     RCC.apb1enr().modify(|w| w.set_tim2en(false));

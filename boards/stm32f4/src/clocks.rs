@@ -1,4 +1,5 @@
-//! Settings of the PLL for a board's oscillator, computed by constants so that an impossible one stops the build.
+//! Settings of the PLL for a board's oscillator, computed at compile time, so that an impossible setting stops the
+//! build.
 //!
 //! The *PLL* makes the clock of the core, HCLK, from the oscillator of the board, HSE:
 //!
@@ -18,8 +19,8 @@
 //! };
 //! ```
 //!
-//! Each whole number of MHz within the range of the oscillator gives a setting. Some others do too, as 19.2 MHz. HCLK is met
-//! exactly: an error of the clock would use up the tolerance that a CAN network has for its oscillators.
+//! Each whole number of MHz within the range of the oscillator gives a setting. Some other frequencies do too, as 19.2
+//! MHz. HCLK is exact: an error of the clock would use up the oscillator tolerance of the CAN network.
 //!
 //! HCLK is 168 MHz or 84 MHz. Both give APB1 42 MHz and its timers 84 MHz. Bit timing and time stamps depend on these.
 //!
@@ -87,9 +88,9 @@ impl OscillatorKind {
 const MHZ: u32 = 1_000_000;
 /// Least and greatest PLLM.
 const PREDIV: (u8, u8) = (2, 63);
-/// Least and greatest PLLN. The limits of the VCO allow no other one.
+/// Least and greatest PLLN. Other values would violate the limits of the VCO.
 const MULTIPLIER: (u16, u16) = (50, 432);
-/// Greatest PLLP; it is even.
+/// Greatest PLLP. PLLP is even.
 const DIVIDER: u8 = 8;
 /// Least and greatest frequency of the VCO's input, MHz.
 const VCO_INPUT: (u32, u32) = (1, 2);
@@ -150,7 +151,8 @@ impl Clocks {
 
 /// Returns the PLLN that gives HCLK exactly with this PLLM and PLLP. `None` when there is none within all limits.
 ///
-/// The input of the VCO is a whole number of Hz: the HAL computes in Hz, and takes a clock that it rounds down for a slower one.
+/// The input of the VCO is a whole number of Hz: the HAL computes in whole Hz, so it would take a rounded clock for a
+/// slower one.
 const fn multiplier(hz: u32, prediv: u8, divider: u8, hclk: u32) -> Option<u16> {
     let (input, output) = (hz / prediv as u32, hclk * divider as u32);
     let input_is_whole = hz.is_multiple_of(prediv as u32);
@@ -160,6 +162,6 @@ const fn multiplier(hz: u32, prediv: u8, divider: u8, hclk: u32) -> Option<u16> 
     if output < VCO_OUTPUT.0 * MHZ || output > VCO_OUTPUT.1 * MHZ || !output.is_multiple_of(input) {
         return None;
     }
-    // 50 to 432, by the limits of the VCO.
+    // In 50 to 432, because of the limits of the VCO.
     Some((output / input) as u16)
 }

@@ -1,6 +1,6 @@
-//! What all boards have in common, whatever their image does.
+//! Parts that all boards and images share.
 //!
-//! The parts are of one family: CAN1 and CAN2 on APB1 at 42 MHz, and the same interrupts.
+//! The chips are of one family: CAN1 and CAN2 on APB1 at 42 MHz, and the same interrupts.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -17,7 +17,7 @@ pub trait CanInterrupts: Copy + ControllerInterrupts<CAN1> + ControllerInterrupt
 
 impl<I: Copy + ControllerInterrupts<CAN1> + ControllerInterrupts<CAN2>> CanInterrupts for I {}
 
-/// The straps as they were read last: [`straps::latch`].
+/// Straps as last read, encoded by [`straps::latch`].
 // SAFETY: the section is `.uninit` of the linker script `link.x`, which is RAM. The bits of a u32 may be any.
 #[unsafe(link_section = ".uninit.STRAPS")]
 static STRAPS: AtomicU32 = AtomicU32::new(0);
@@ -40,20 +40,21 @@ impl Leds {
     }
 }
 
-/// An output that is low.
+/// Makes an output that is low.
 pub(crate) fn dark(pin: Peri<'static, AnyPin>) -> Output<'static> {
     Output::new(pin, Level::Low, Speed::Low)
 }
 
-/// Takes the record of the last reset and, with a core clock of `hclk` Hz, starts the supervisor, which may wait for minutes. Also returns whether the reset came
-/// from outside: see [`post_mortem::take`].
+/// Takes the record of the last reset and, with a core clock of `hclk` Hz, starts the supervisor, which may wait for
+/// minutes. Also returns whether the reset was external: see [`post_mortem::take`].
 pub(crate) fn watch(hclk: u32) -> (PostMortem, bool) {
     let (last, is_from_outside) = post_mortem::take();
     supervisor::start(last.row, hclk);
     (last, is_from_outside)
 }
 
-/// The straps, the first one is bit 0. They are read after a reset `from_outside`, and are as they were else (ECSS 6.10g).
+/// Returns the straps; the first one is bit 0. They are read after a reset `from_outside`; after any other reset the
+/// values read before are kept (ECSS 6.10g).
 #[inline(always)] // called from one place of an image
 pub(crate) fn strap_bits<const N: usize>(
     straps: [Peri<'static, AnyPin>; N],
@@ -63,7 +64,7 @@ pub(crate) fn strap_bits<const N: usize>(
     let latched = straps::latched(STRAPS.load(Ordering::Relaxed)).filter(|_| !from_outside);
     let bits = latched.unwrap_or_else(|| {
         let straps = straps.map(|strap| Input::new(strap, Pull::Up));
-        // Time for the pull-ups (40 kΩ) to charge wires of some 100 pF: 50 µs.
+        // Waits 50 µs for the pull-ups (40 kΩ) to charge wires of about 100 pF.
         cortex_m::asm::delay(50 * (hclk / 1_000_000));
         straps.iter().rev().fold(0, |bits, strap| bits << 1 | u8::from(strap.is_low()))
     });

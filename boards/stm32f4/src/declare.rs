@@ -1,4 +1,4 @@
-//! The declaration of a board. It stands in the documentation of each target, and is used on a chip alone.
+//! The declaration of a board. It is documented on each target and used only on a chip.
 
 /// Declares the board of a crate: its oscillator and its pins.
 ///
@@ -6,8 +6,8 @@
 /// uses out of the HAL's `Peripherals`. `$crate` stands for the board's crate in that macro. The crate depends on `embassy-stm32`
 /// with the feature of its chip.
 ///
-/// A pin that cannot do what it is listed for does not compile, nor does a pin or a DMA stream that is listed twice. An oscillator
-/// from which 168 MHz cannot be made fails the build with the reason.
+/// A pin without the function that it is listed for does not compile, nor does a pin or a DMA stream that is listed
+/// twice. An oscillator from which 168 MHz cannot be derived fails the build with the reason.
 ///
 /// | entry | what is allowed |
 /// | --- | --- |
@@ -135,14 +135,14 @@ macro_rules! board {
 #[macro_export]
 macro_rules! __resources {
     ($d:tt $this:tt, $($name:ident,)*) => {
-        /// What the board uses of the chip. The macro `take!` fills it.
+        /// Peripherals that the board uses. The macro `take!` fills it.
         #[allow(non_snake_case, missing_docs)] // named as the HAL names them
         pub struct Resources {
             $(pub $name: ::embassy_stm32::Peri<'static, ::embassy_stm32::peripherals::$name>,)*
         }
 
-        /// Moves what the board uses out of the HAL's `Peripherals` and leaves the rest to the application. What is taken
-        /// cannot be taken again: that does not compile.
+        /// Moves the peripherals that the board uses out of the HAL's `Peripherals` and leaves the rest to the
+        /// application. Taking one twice does not compile.
         #[macro_export]
         macro_rules! take {
             ($d p:ident) => {

@@ -8,7 +8,7 @@ use crate::alternate::AlternatePin;
 
 /// A channel of TIM5 whose captures DMA1 moves.
 pub trait CaptureChannel: TimerChannel {
-    /// Its number, from 0.
+    /// Number of the channel, from 0.
     const NUMBER: usize;
 }
 
@@ -20,7 +20,7 @@ pub trait CaptureChannel: TimerChannel {
     note = "in `board!`, `nominal_stream` belongs to `nominal_edges`, `redundant_stream` to `redundant_edges`"
 )]
 pub trait CaptureStream<C: CaptureChannel>: PeripheralType {
-    /// Its number.
+    /// Number of the stream in DMA1.
     const NUMBER: usize;
 }
 
@@ -60,13 +60,13 @@ impl CaptureStream<Ch4> for DMA1_CH1 {
 #[cfg_attr(not(feature = "full"), allow(dead_code, reason = "a minimal board has it, but captures nothing"))]
 pub struct EdgeInput {
     pub(crate) pin: AlternatePin,
-    /// From 0.
+    /// Channel of TIM5, from 0.
     pub(crate) channel: usize,
     pub(crate) stream: usize,
 }
 
 impl EdgeInput {
-    /// Takes a pin of TIM5 and the stream of its channel. Others do not compile.
+    /// Takes a pin of TIM5 and the stream of its channel. Other pins and streams do not compile.
     pub fn new<C: CaptureChannel, S: CaptureStream<C>>(
         pin: Peri<'static, impl TimerPin<TIM5, C>>,
         _stream: Peri<'static, S>,

@@ -1,4 +1,4 @@
-//! Stack of the handlers of faults, as the stack of the program may be what is lost.
+//! Stack of the fault handlers, because the stack of the program may be unusable.
 
 #[cfg(feature = "full")]
 mod own {
@@ -8,20 +8,20 @@ mod own {
     /// Bytes of the stack.
     pub const FAULT_STACK_SIZE: usize = 256;
 
-    /// For a handler that never returns.
+    /// A stack for a handler that never returns.
     #[repr(C, align(8))]
     pub struct FaultStack(UnsafeCell<MaybeUninit<[u8; FAULT_STACK_SIZE]>>);
 
     // SAFETY: only a handler that never returns works on it.
     unsafe impl Sync for FaultStack {}
 
-    /// The stack of a handler of faults begins at the end of this: the record is written on it.
+    /// Stack on which a fault handler writes the record. It grows down from the end.
     // SAFETY: the section is `.uninit` of the linker script `link.x`, which is RAM.
     #[unsafe(link_section = ".uninit.FAULT_STACK")]
     pub static FAULT_STACK: FaultStack = FaultStack(UnsafeCell::new(MaybeUninit::uninit()));
 }
 
-/// Without a record nothing needs the stack of the program any more: a handler begins at its top.
+/// Without a record nothing reads the stack of the program, so a handler reuses it from the top.
 #[cfg(not(feature = "full"))]
 mod of_the_program {
     /// Bytes from the symbol to the top.

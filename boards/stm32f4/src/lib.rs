@@ -1,12 +1,12 @@
 //! Chip support for STM32F4 parts with two bxCAN controllers that reach 168 MHz: F405, F407, F415, F417, F427, F429, F437, F439,
 //! F446, F469 and F479.
 //!
-//! F412, F413 and F423 reach 100 MHz at most, and cannot make the 42 MHz at APB1 that all bit timings here are made for while their
-//! timers run at 84 MHz. F401, F410 and F411 have no CAN controller.
+//! F412, F413 and F423 reach 100 MHz at most. They cannot run APB1 at 42 MHz and its timers at 84 MHz, on which all bit
+//! timings of this crate depend. F401, F410 and F411 have no CAN controller.
 //!
-//! A board is a crate of its own, in any repository. It lists an oscillator and pins by the macro `board!`. `Board::new` hands
-//! out everything that the protocol needs of it, and takes only that: timers, pins and converters that it does not use stay with
-//! the application.
+//! A board is a crate of its own, in any repository. It lists an oscillator and pins by the macro `board!`.
+//! `Board::new` takes and returns only what the protocol needs. Timers, pins and converters that it does not use remain
+//! available to the application.
 //!
 //! ```ignore (an image)
 //! // `board` is the crate of the board.
@@ -17,17 +17,17 @@
 //! let i2c = I2c::new_blocking(p.I2C1, p.PB6, p.PB7, Default::default());
 //! ```
 //!
-//! The crate defines no handler of panics or exceptions and no symbol of the linker. `boards-runtime` has them for images that want
-//! them. An image without `boards-runtime` does this itself:
+//! The crate defines no handler of panics or exceptions and no symbol of the linker. `boards-runtime` provides them. An
+//! image without `boards-runtime` does this itself:
 //!
 //! - it binds the six interrupts of both controllers to `ReceiveHandler`, `TransmitHandler` and `StatusHandler`;
 //! - it calls `exceptions::on_tick` in its handler of SysTick; otherwise the watchdog resets the chip after a few seconds;
 //! - it should call `exceptions::on_fault` in its handler of HardFault and `exceptions::on_panic` in that of panics, so that the
 //!   controllers fall silent and there is a record;
-//! - it chooses a time driver of embassy-stm32, the feature `rt` of it, a critical section and a handler of panics.
+//! - it selects a time driver of embassy-stm32 and its feature `rt`, a critical section and a panic handler.
 //!
-//! Nothing of the protocol above this crate names a register or a pin. All `unsafe` of the project is here and in
-//! `boards-runtime`. On the host only the parts that need no hardware are compiled, so that they can be tested there.
+//! No protocol code above this crate names a register or a pin. All `unsafe` of the project is in this crate and in
+//! `boards-runtime`. On the host only the parts that need no hardware are compiled, for tests.
 
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_op_in_unsafe_fn)]
@@ -82,7 +82,7 @@ mod stamping;
 #[cfg(target_os = "none")]
 mod supervisor;
 
-/// What the handlers of exceptions of the core call.
+/// Functions for the handlers of core exceptions.
 #[cfg(target_os = "none")]
 pub mod exceptions {
     pub use crate::fault_stack::{FAULT_STACK, FAULT_STACK_SIZE};
@@ -90,11 +90,11 @@ pub mod exceptions {
     pub use crate::supervisor::on_tick;
 }
 
-/// What a debugger or an emulator reads of the running image, by the name of this static.
+/// Diagnostics of the running image. A debugger or an emulator finds it by the name of this static.
 #[cfg(target_os = "none")]
 pub static DIAGNOSTICS: ecss_can::runner::Diagnostics = ecss_can::runner::Diagnostics::new();
 
-/// Reset the chip.
+/// Resets the chip.
 #[cfg(target_os = "none")]
 pub fn reset() -> ! {
     cortex_m::peripheral::SCB::sys_reset()

@@ -1,6 +1,6 @@
-//! Messages in the log, where the feature `defmt` is on.
+//! Macros for log messages. Without the feature `defmt` they do nothing.
 
-/// A message of level error.
+/// Logs a message of level error.
 macro_rules! error {
     ($message:literal $(, $value:expr)* $(,)?) => {{
         #[cfg(feature = "defmt")]
@@ -10,7 +10,7 @@ macro_rules! error {
     }};
 }
 
-/// A message of level warning.
+/// Logs a message of level warning.
 macro_rules! warn {
     ($message:literal $(, $value:expr)* $(,)?) => {{
         #[cfg(feature = "defmt")]

@@ -1,4 +1,4 @@
-//! What a board hands to the image of a minimal slave (ECSS 9).
+//! Peripherals and data that a board provides to the image of a minimal slave (ECSS 9).
 
 use core::marker::PhantomData;
 
@@ -13,9 +13,9 @@ use crate::spec::{BoardSpec, Wiring};
 use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};
 
-/// What a minimal slave needs of its board: no capture of edges, no parameter store, no post-mortem record.
+/// Board of a minimal slave: without capture of edges, parameter store and post-mortem record.
 ///
-/// A program that panics, faults or hangs is reset, and its controllers are silent from then on until it has started again.
+/// A program that panics, faults or hangs is reset. Its controllers are silent until it has started again.
 pub struct MinimalBoard<B> {
     /// The CAN controllers, off their buses, and the time since power-on: for
     /// [`Resources::start`](ecss_can::runner::Resources::start).

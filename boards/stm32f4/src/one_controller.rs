@@ -18,8 +18,8 @@ use crate::spec::{BoardSpec, Wiring};
 use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};
 
-/// As [`MinimalBoard`](crate::MinimalBoard), with CAN1 alone: an output pin selects the transceiver of the nominal bus (low) or of
-/// the redundant one (high). CAN2 stays in reset.
+/// As [`MinimalBoard`](crate::MinimalBoard), with CAN1 only. An output pin selects the transceiver of the nominal bus
+/// (low) or of the redundant one (high). CAN2 stays in reset.
 ///
 /// The node has selective access: [`on_one_bus`](ecss_can::node::minimal::MinimalSlaveBuilder::on_one_bus).
 pub struct OneControllerBoard<B> {
@@ -34,8 +34,8 @@ pub struct OneControllerBoard<B> {
 }
 
 impl<B: BoardSpec> OneControllerBoard<B> {
-    /// Starts the watchdog, selects the nominal bus, puts CAN1 into Init mode (silent: not even an acknowledgement) and reads the
-    /// straps. The pin that sends on the redundant bus elsewhere selects the transceiver here.
+    /// Starts the watchdog, selects the nominal bus, puts CAN1 into Init mode (silent: not even an acknowledgement) and
+    /// reads the straps. The pin that is CAN2_TX on other boards selects the transceiver.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
     pub fn new(
         resources: B::Resources,
@@ -66,7 +66,7 @@ impl<B: 'static> Platform for OneControllerBoard<B> {
     type Clock = Uptime;
 }
 
-/// The pin that selects a transceiver.
+/// Pin that selects a transceiver: low for the nominal bus, high for the redundant one.
 pub struct TransceiverPin(Output<'static>);
 
 impl TransceiverSwitch for TransceiverPin {
@@ -75,7 +75,7 @@ impl TransceiverSwitch for TransceiverPin {
     }
 }
 
-/// The ports of both buses.
+/// Makes the ports of both buses from one controller.
 fn share(controller: Port<Interrupts>, pin: Peri<'static, AnyPin>) -> PerBus<SharedPort> {
     let switch = TransceiverPin(Output::new(pin, Level::Low, Speed::Low));
     let shared = OneController::new(controller, switch);

@@ -1,8 +1,8 @@
-//! End of a program, and what is left of it to the next one.
+//! End of a program, and the record that it leaves for the next start.
 //!
-//! A program that ends puts both controllers into reset first: otherwise they would go on acknowledging frames. Init mode would
-//! not do: a controller enters it only at the end of a frame, and its clock may be wrong by then. With the feature `full` the
-//! program then writes a [`record`].
+//! A program that ends puts both controllers into reset first: otherwise they would continue to acknowledge frames.
+//! Init mode is not sufficient: a controller enters it only at the end of a frame, and its clock may be wrong by then.
+//! With the feature `full` the program then writes a [`record`].
 
 #[cfg(feature = "full")]
 mod record;
@@ -21,14 +21,13 @@ const PORRSTF: u32 = 1 << 27;
 const SFTRSTF: u32 = 1 << 28;
 const IWDGRSTF: u32 = 1 << 29;
 const WWDGRSTF: u32 = 1 << 30;
-/// More than can be in a row: what RAM holds after another program.
+/// Upper limit of resets in a row. A larger number is not a count but the content of RAM after another program.
 const MOST_IN_A_ROW: u32 = 20;
 
-/// Copies the newest bytes of the log of a program that ends, as many as there is room for, the newest one last. What it leaves is
-/// zero.
+/// Fills the buffer with the newest bytes of the log, the newest one last. Bytes that it does not write stay zero.
 pub type ReadLog = fn(&mut [u8]);
 
-/// Resets in a row for a cause.
+/// Number of resets in a row.
 // SAFETY: the section is `.uninit` of the linker script `link.x`, which is RAM. The bits of a u32 may be any.
 #[unsafe(link_section = ".uninit.ROW")]
 static ROW: AtomicU32 = AtomicU32::new(0);
@@ -36,17 +35,18 @@ static ROW: AtomicU32 = AtomicU32::new(0);
 #[cfg(feature = "full")]
 pub(crate) use record::runs;
 
-/// Without a record, nothing needs to know the task that runs.
+/// Does nothing: without a record the running task is not recorded.
 #[cfg(not(feature = "full"))]
 pub(crate) fn runs(_task: u32) {}
 
-/// Resets from now on are not in a row with those before.
+/// Restarts the count of resets in a row.
 pub(crate) fn trust() {
     ROW.store(0, Ordering::Relaxed);
 }
 
-/// Takes what is known of the end of the program before this one. Once, before tasks run. Also returns whether power failed since,
-/// or the reset pin was pulled: every reset pulls it, so that its flag alone says nothing (RM0090 7.1.1).
+/// Takes the cause and record of the last reset. Call it once, before tasks run. Also returns whether power failed
+/// since, or the reset pin was pulled from outside. Every reset pulls the pin, so its flag alone is not sufficient
+/// (RM0090 7.1.1).
 #[inline(never)] // a small stack frame of its own, reached by short instructions
 pub(crate) fn take() -> (PostMortem, bool) {
     let flags = RCC.csr().read().0;
@@ -105,10 +105,10 @@ fn found(flags: u32) -> PostMortem {
     PostMortem { cause, ..PostMortem::default() }
 }
 
-/// Ends the program: silence, record, reset. With a debugger attached it stops there instead. `log` reads what the record has of the
-/// log. `frame`: where the exception stacked the registers of what it interrupted; `None` if a handler does not know it, and the
-/// record has no program counter.
-#[cfg_attr(not(feature = "full"), expect(unused_variables, reason = "what a record is made of"))]
+/// Ends the program: silences the controllers, writes the record, resets the chip. With a debugger attached it stops
+/// instead of the reset. `log` copies the end of the log into the record. `frame`: address at which the exception
+/// stacked the registers of the interrupted code. With `None` the record has no program counter.
+#[cfg_attr(not(feature = "full"), expect(unused_variables, reason = "used by the record only"))]
 pub(crate) fn end(frame: Option<u32>, cause: u8, log: ReadLog) -> ! {
     RCC.apb1rstr().modify(|w| {
         w.set_can1rst(true);
@@ -124,22 +124,22 @@ pub(crate) fn end(frame: Option<u32>, cause: u8, log: ReadLog) -> ! {
     SCB::sys_reset()
 }
 
-/// Ends the program after a fault. For the handler of HardFault, on a stack of its own. `frame`: where the exception stacked the
-/// registers of what it interrupted; `None` if the handler does not know it, and the record has no program counter. `log` reads the
-/// log, see [`ReadLog`].
+/// Ends the program after a fault. Call it from the handler of HardFault, on a separate stack. `frame`: address at
+/// which the exception stacked the registers of the interrupted code. With `None` the record has no program counter.
+/// `log` reads the log, see [`ReadLog`].
 #[inline(always)] // called from one place of an image
 pub fn on_fault(frame: Option<u32>, log: ReadLog) -> ! {
     end(frame, PostMortem::FAULT, log)
 }
 
-/// Ends the program after a panic. For a handler of panics that does not end in a fault.
+/// Ends the program after a panic. Call it from a panic handler that does not end in a fault.
 pub fn on_panic(log: ReadLog) -> ! {
     cortex_m::interrupt::disable();
     end(None, PostMortem::PANIC, log)
 }
 
-/// Ends the program: the oscillator stopped. For the handler of the NMI, which the clock security system raises alone (RM0090
-/// 7.2.7), on a stack of its own. Arguments: see [`on_fault`].
+/// Ends the program because the oscillator stopped. Call it from the handler of the NMI, which only the clock security
+/// system raises (RM0090 7.2.7), on a separate stack. Arguments: see [`on_fault`].
 #[inline(always)] // called from one place of an image
 pub fn on_oscillator(frame: Option<u32>, log: ReadLog) -> ! {
     end(frame, PostMortem::OSCILLATOR, log)

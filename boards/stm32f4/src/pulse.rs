@@ -4,10 +4,10 @@
 //! TIM5, a channel that captures nothing, match ── TRGO ── ITR2 ── TIM3 counts once ── channel 4 ── PB1
 //! ```
 //!
-//! TIM5, which also captures frames, compares over its 32 bits and starts TIM3; TIM3 in one-pulse mode makes the pulse and
-//! its width. So both edges are made by hardware, and no second time base runs beside that of the stamps. From the match to
-//! the edge pass five clocks (RM0090 18.4.7, OC1FE), which the match is early by. The outputs of TIM5 itself are not
-//! used: a board has them for other things, such as PA2 and PA3, the serial port of the ST-LINK on the Nucleo.
+//! TIM5, which also captures frames, compares all its 32 bits and starts TIM3, which generates the pulse in one-pulse
+//! mode. So hardware generates both edges, on the time base of the stamps. The match is set five clocks early, which is
+//! the delay from match to edge (RM0090 18.4.7, OC1FE). The outputs of TIM5 are not used because boards need these
+//! pins, as PA2 and PA3 for the serial port of the ST-LINK on the Nucleo.
 
 use thiserror::Error;
 
@@ -29,17 +29,17 @@ use crate::spec::PulseOutput;
 const LATENCY: u32 = 5;
 /// Length of a pulse.
 const WIDTH: Duration = Duration::from_micros(20);
-/// The match is armed between these two before the edge. TIM5 is up to a microsecond behind the uptime, so that the latest is
-/// not too late.
+/// Earliest and latest time before the edge at which the match is armed. The latest has a margin because TIM5 may be a
+/// microsecond behind the uptime.
 const EARLIEST: Duration = Duration::from_millis(5);
 const LATEST: Duration = Duration::from_micros(10);
 
-/// The clock is asked when a pulse is to be, so long before it.
+/// Lead time with which the instant of a pulse is computed.
 const AHEAD: Duration = Duration::from_micros(500);
 
 /// The pulse output of a board, low.
 pub struct Pulse {
-    /// Of TIM5, from 0.
+    /// Channel of TIM5 that starts the pulse, from 0.
     channel: usize,
 }
 
@@ -50,7 +50,7 @@ pub struct Pulse {
 pub struct TooLate;
 
 impl Pulse {
-    /// Takes the pin and a channel of TIM5, from 0. TIM5 counts already.
+    /// Takes the pin and a channel of TIM5, from 0. TIM5 must count already.
     pub(crate) fn new(output: PulseOutput, channel: usize) -> Pulse {
         rcc::enable_and_reset::<peripherals::TIM3>();
         TIM3.arr().write(|w| w.set_arr((WIDTH.as_micros() as u32 * PER_MICRO) as u16));
@@ -66,13 +66,15 @@ impl Pulse {
         let AlternatePin(function, pin) = output.pin;
         let mut pin = Flex::new(pin);
         pin.set_as_af_unchecked(function, AfType::output(OutputType::PushPull, Speed::VeryHigh));
-        // Dropping it would cut the timer off.
+        // Dropping the pin would disconnect the timer.
         core::mem::forget(pin);
         Pulse { channel }
     }
 
-    /// Raises the pin at `at`, rounded to the nearest tick of TIM5 (11.9 ns), for 20 µs. Returns after the pulse. Dropped before
-    /// the edge, there is no pulse.
+    /// Raises the pin at `at`, rounded to the nearest tick of TIM5 (11.9 ns), for 20 µs. Returns after the pulse.
+    ///
+    /// # Cancel safety
+    /// If the future is dropped before the edge, there is no pulse.
     ///
     /// # Errors
     /// [`TooLate`]: there was no pulse, rather than one at another time.
@@ -92,8 +94,8 @@ impl Pulse {
         Ok(())
     }
 
-    /// A pulse whenever a second of the spacecraft time begins, or one of so many equal parts of it: `per_second` is asked before
-    /// each. A time that the clock steps over has none.
+    /// Raises a pulse at the beginning of each second of the spacecraft time, or of each of `per_second` equal parts of
+    /// it. `per_second` is called before each pulse. There is no pulse at a time that a clock step skips.
     pub async fn run<P: Platform<Clock = Uptime>, N: TimeKeeper>(
         mut self,
         clock: SpacecraftClock<P, N>,
@@ -101,7 +103,7 @@ impl Pulse {
     ) -> ! {
         loop {
             let next = clock.now().plus(AHEAD).next_part(per_second());
-            // The clock is asked late: it may be steered until then.
+            // Computed late, because the clock may be corrected until then.
             clock.at(next.minus(AHEAD)).await;
             if self.at(clock.when(next)).await.is_err() {
                 warn!("no pulse at second {=u32}: the clock stepped", next.coarse());
@@ -110,7 +112,7 @@ impl Pulse {
     }
 }
 
-/// This channel of TIM5 is to start a pulse.
+/// An armed channel of TIM5, which starts the pulse.
 struct Armed(usize);
 
 impl Drop for Armed {
@@ -119,7 +121,7 @@ impl Drop for Armed {
     }
 }
 
-/// Sets how a channel of TIM5 matches.
+/// Sets the output compare mode of a channel of TIM5.
 fn set_mode(channel: usize, mode: Ocm) {
     TIM5.ccmr_output(channel / 2).modify(|w| w.set_ocm(channel % 2, mode));
 }

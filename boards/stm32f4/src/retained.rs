@@ -1,4 +1,4 @@
-//! Words of RAM that no start initialises: they outlive a reset, and hold anything after power-on.
+//! Words of RAM that no start initialises: they keep their values over a reset and are undefined after power-on.
 
 use core::mem::MaybeUninit;
 use core::ptr::addr_of_mut;
@@ -14,19 +14,19 @@ struct UninitRam(MaybeUninit<[u32; 2]>);
 
 impl RetainedMemory for UninitRam {
     fn read(&self) -> [u32; 2] {
-        // SAFETY: the words are RAM of this static, and any bits are a u32. The access is volatile: the compiler takes
-        // what is there, whoever wrote it.
+        // SAFETY: the words are RAM of this static, and any bits are a u32. The access is volatile: the compiler
+        // assumes nothing about the content.
         unsafe { self.0.as_ptr().read_volatile() }
     }
 
     fn write(&mut self, words: [u32; 2]) {
-        // SAFETY: the words are RAM of this static. The access is volatile: it takes place although nothing in this life
-        // of the program may read it.
+        // SAFETY: the words are RAM of this static. The access is volatile: it is not optimised away although this
+        // program may never read it.
         unsafe { self.0.as_mut_ptr().write_volatile(words) }
     }
 }
 
-/// The words. Call it once, from `Board::new`.
+/// Returns the words. Call it once, from `Board::new`.
 pub(crate) fn take() -> &'static mut (dyn RetainedMemory + Send) {
     // SAFETY: this is the only reference, because `Board::new` takes peripherals that exist once.
     unsafe { &mut *addr_of_mut!(RETAINED) }

@@ -1,10 +1,10 @@
-//! RAM that neither statics nor the stack need.
+//! RAM that neither statics nor the stack use.
 
 use core::ptr::addr_of_mut;
 use core::slice;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-/// Most that is handed out.
+/// Largest size that is returned, in bytes.
 const MOST: usize = 64 * 1024;
 
 unsafe extern "C" {
@@ -16,15 +16,15 @@ unsafe extern "C" {
 
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// The memory behind the statics, zeroed. Empty the second time.
+/// Returns the memory behind the statics, zeroed. The second call returns an empty slice.
 pub(crate) fn take() -> &'static mut [u8] {
     let (start, end) = (addr_of_mut!(__sheap), addr_of_mut!(_ram_end));
     let len = (end as usize - start as usize).min(MOST);
     if len == 0 || TAKEN.swap(true, Ordering::Relaxed) {
         return &mut [];
     }
-    // SAFETY: the linker places nothing behind __sheap, there is no heap, and the stack is elsewhere; nobody else gets
-    // this memory, since it is handed out once. Zeroing first makes all bytes initialised.
+    // SAFETY: the linker places nothing behind __sheap, there is no heap, and the stack is elsewhere; the memory is
+    // returned once, so this is the only reference. Zeroing first initialises all bytes.
     unsafe {
         start.write_bytes(0, len);
         slice::from_raw_parts_mut(start, len)

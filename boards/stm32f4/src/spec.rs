@@ -1,4 +1,4 @@
-//! What a board is: an oscillator, and what each pin is wired to.
+//! Description of a board: its oscillator and the wiring of its pins.
 
 use ecss_can::types::PerBus;
 use embassy_stm32::gpio::AnyPin;
@@ -18,13 +18,13 @@ pub trait BoardSpec: 'static {
     /// Clock of the core in Hz: 168 MHz, or 84 MHz to save power.
     const HCLK: u32 = 168_000_000;
 
-    /// What the board uses of the chip. The macro `take!` of the board's crate fills it.
+    /// Peripherals that the board uses. The macro `take!` of the board's crate fills it.
     type Resources;
 
-    /// What the board uses, out of all that the chip has.
+    /// Selects the peripherals of the board from all of the chip.
     fn resources(p: Peripherals) -> Self::Resources;
 
-    /// What is wired to what.
+    /// Assigns peripherals and pins to their purpose.
     fn wiring(resources: Self::Resources) -> Wiring;
 }
 
@@ -39,7 +39,7 @@ pub const fn clocks_of<B: BoardSpec>() -> Clocks {
     }
 }
 
-/// Peripherals and pins of a board, by what they are for.
+/// Peripherals and pins of a board, by purpose.
 pub struct Wiring {
     /// The controller of the nominal bus.
     pub nominal: CanLines<CAN1>,
@@ -47,7 +47,7 @@ pub struct Wiring {
     pub redundant: CanLines<CAN2>,
     /// The timer that captures edges.
     pub capture: Peri<'static, TIM5>,
-    /// The inputs where it captures CAN_RX of each bus.
+    /// Inputs of the timer that capture CAN_RX of each bus.
     pub edges: PerBus<EdgeInput>,
     /// The pulse output.
     pub pulse: PulseOutput,
@@ -67,7 +67,7 @@ pub struct PulseOutput {
 }
 
 impl PulseOutput {
-    /// Takes a pin of that channel. Others do not compile.
+    /// Takes a pin of TIM3 channel 4. Other pins do not compile.
     pub fn new(timer: Peri<'static, TIM3>, pin: Peri<'static, impl TimerPin<TIM3, Ch4>>) -> PulseOutput {
         PulseOutput { _timer: timer, pin: AlternatePin(pin.af_num(), pin.into()) }
     }

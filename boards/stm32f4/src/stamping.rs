@@ -5,8 +5,8 @@ use ecss_can::types::Frame;
 
 /// Source of the stamps of frames.
 pub trait FrameStamps {
-    /// Returns the stamp of a frame: `reported`, that of its interrupt, if there is no better one. `bit`: length of a
-    /// bit in ticks of the capture timer. `alone`: whether no later frame like this one has been received or sent.
+    /// Returns the best stamp of a frame; `reported` is that of its interrupt. `bit`: length of a bit in ticks of the
+    /// capture timer. `alone`: returns whether no later frame with the same identifier has been received or sent.
     fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp;
 }
 

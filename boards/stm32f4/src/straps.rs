@@ -12,7 +12,7 @@ use ecss_can::redundancy::Strap;
 use ecss_can::store::identity::Straps;
 use ecss_can::types::NodeId;
 
-/// Why the straps give no Node-ID.
+/// Reason why the straps give no Node-ID.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -28,10 +28,10 @@ pub enum StrapError {
     NotASlave(u8),
 }
 
-/// Node-ID of a slave, 2..=15, from bits 0 to 3 and parity, bit 4; those above do not matter. 1 is a strap to ground.
+/// Node-ID of a slave, 2..=15, from bits 0 to 3 and parity, bit 4. Higher bits are ignored. 1 is a strap to ground.
 ///
 /// # Errors
-/// [`StrapError`], see there.
+/// [`StrapError`].
 pub fn node_id(bits: u8) -> Result<NodeId, StrapError> {
     let bits = bits & 0b1_1111;
     if bits.count_ones().is_multiple_of(2) {
@@ -41,7 +41,7 @@ pub fn node_id(bits: u8) -> Result<NodeId, StrapError> {
     NodeId::new(value).filter(|id| *id != NodeId::MASTER).ok_or(StrapError::NotASlave(value))
 }
 
-/// What the straps say for the Node-ID of a slave.
+/// Converts the Node-ID of the straps for a slave.
 pub fn of_slave(node_id: Result<NodeId, StrapError>) -> Straps {
     match node_id {
         Ok(id) => Straps::Closed(id),
@@ -50,23 +50,24 @@ pub fn of_slave(node_id: Result<NodeId, StrapError>) -> Straps {
     }
 }
 
-/// The upper byte of a word that keeps straps.
+/// Upper byte of the word that keeps straps.
 const MARK: u16 = 0x57 << 8;
 
-/// A word of RAM that keeps straps over a reset.
+/// Encodes straps into a word of RAM that keeps them over a reset.
 pub fn latch(bits: u8) -> u32 {
     let word = MARK | u16::from(bits);
     u32::from(!word) << 16 | u32::from(word)
 }
 
-/// The straps in a word of RAM; `None` unless it is one of [`latch`], as after power-on.
+/// Decodes the straps from a word of RAM. Returns `None` if [`latch`] did not make it, as after power-on.
 pub fn latched(word: u32) -> Option<u8> {
     let bits = word as u8;
     (word == latch(bits)).then_some(bits)
 }
 
-/// Which of two master boards it is: 1 on the straps is the prime one, 0 the other, with odd parity. `None` for the straps of a
-/// slave, and for a wire lost or shorted: such a board stays silent, for two prime ones would both be active.
+/// Returns which of two master boards this is: straps of 1 mean the prime one, 0 the other, with odd parity. `None` for
+/// the straps of a slave, and for a wire lost or shorted: such a board stays silent, for two prime ones would both be
+/// active.
 pub fn master_board(node_id: Result<NodeId, StrapError>) -> Option<Strap> {
     match node_id {
         Err(StrapError::NotASlave(1)) => Some(Strap::Prime),
@@ -175,13 +176,14 @@ mod tests {
                 }
             }
         }
-        // It alone, and with those of no slave.
+        // Closed alone, and together with straps that name no slave.
         assert_eq!(node_id(0b10_0000), Err(StrapError::Open));
         assert_eq!(node_id(0b11_0000), Err(StrapError::NotASlave(0)));
         assert_eq!(node_id(0b10_0001), Err(StrapError::NotASlave(1)));
     }
 
-    /// Given a stored Node-ID, then straps alone that are all open leave it to that one. Those of a master are wrong for a slave.
+    /// Given a stored Node-ID, then only straps that are all open select it. Straps of a master are an error for a
+    /// slave.
     ///
     /// Verifies: ECSS 6.10e, 6.10f
     /// Notices: ECSS 6.10e: straps of a master count as open straps of a slave.

@@ -1,10 +1,10 @@
 //! Supervisor: feeds the watchdog as long as all supervised tasks answer.
 //!
-//! Ten times a second an interrupt above all others feeds the watchdog and wakes one [`supervised`] task, in turn. A task has
-//! answered when it was polled and returned, so one that waits for an event for hours answers as any other. While an answer is
-//! missing the watchdog is not fed. After a second without it the interrupt records what runs, with its program counter, and
-//! resets the chip. Where interrupts are off the watchdog does. Only one task is woken at a time: a frame that arrives then
-//! waits for one poll more, not for one of each task.
+//! Ten times a second an interrupt of the highest priority feeds the watchdog and wakes one [`supervised`] task, in
+//! turn. A task has answered when it was polled and returned, also if it waits for an event for hours. While an answer
+//! is missing the watchdog is not fed. After a second without an answer the interrupt records the running task with its
+//! program counter and resets the chip. If interrupts are disabled, the watchdog resets it. Only one task is woken at a
+//! time: a frame that arrives then waits for one poll more, not for one of each task.
 
 use core::cell::RefCell;
 use core::pin::Pin;
@@ -21,21 +21,23 @@ use pin_project_lite::pin_project;
 
 use crate::post_mortem::{self, ReadLog};
 
-/// Most that SysTick counts, 24 bits: 99.9 ms at 168 MHz.
+/// Longest period of SysTick in cycles, 24 bits: 99.9 ms at 168 MHz.
 const LONGEST_TICK: u32 = 1 << 24;
-/// Ticks in which a task answers. One that hangs stops all others of its executor: the next one asked does not answer.
+/// Ticks within which a task has to answer. A task that hangs blocks all others of its executor, so the next task that
+/// is asked does not answer.
 const PATIENCE: u32 = 10;
-/// Ticks of uptime after which the next reset counts as the first one of a row.
+/// Ticks of uptime after which the next reset counts as the first one in a row.
 const TRUSTED: i32 = ticks(60);
-/// From the fifth reset in a row on, the board is silent before it tries again: so long at first.
+/// Number of resets in a row from which on the board stays silent before it starts. The silence doubles with each
+/// further reset.
 const LOOP: u8 = 5;
 const SILENCE: i32 = ticks(600);
 const LONGEST_SILENCE: i32 = ticks(24 * 3600);
-/// Tasks that are asked; others are not.
+/// Number of tasks that can be supervised.
 const TASKS: usize = if cfg!(feature = "full") { 16 } else { 4 };
 
-/// LSI divided by 64. It runs at 17 to 47 kHz (DS8626 table 41): 1,900 counts are 2.6 s at least, and the flash erases a sector in
-/// 2 s at most. At 32 kHz they are 3.8 s, at 17 kHz 7.2 s.
+/// The watchdog counts LSI divided by 64. LSI has 17 to 47 kHz (DS8626 table 41). 1,900 counts take at least 2.6 s; the
+/// flash erases a sector in at most 2 s. They take 3.8 s at 32 kHz and 7.2 s at 17 kHz.
 const PRESCALER: u32 = 4;
 const COUNTS: u32 = 1_900;
 const KEY_START: Kr = Kr(0xCCCC);
@@ -52,16 +54,16 @@ struct Place {
 
 static TASK_LIST: Mutex<CriticalSectionRawMutex, RefCell<[Place; TASKS]>> =
     Mutex::new(RefCell::new([const { Place { name: 0, waker: None } }; TASKS]));
-/// The task that was asked and has not answered: its place and one; zero for none.
+/// Task that was asked and has not answered: its index plus one; zero for none.
 static ASKED: AtomicU32 = AtomicU32::new(0);
-/// Place of the task that was asked last.
+/// Index of the task that was asked last.
 static TURN: AtomicU32 = AtomicU32::new(0);
-/// Ticks since one was asked.
+/// Ticks since a task was asked.
 static WAITED: AtomicU32 = AtomicU32::new(0);
-/// Ticks; negative while the board is silent.
+/// Ticks since the start; negative while the board is silent.
 static UPTIME: AtomicI32 = AtomicI32::new(0);
 
-/// At 168 MHz. Ticks are longer at lower clocks, by 0.2 % at most.
+/// Converts seconds to ticks at 168 MHz. At lower clocks ticks are at most 0.2 % longer.
 const fn ticks(seconds: u64) -> i32 {
     (seconds * 168_000_000 / LONGEST_TICK as u64) as i32 + 1
 }
@@ -75,11 +77,11 @@ pub(crate) fn start(row: u8, hclk: u32) {
     IWDG.pr().write_value(Pr(PRESCALER));
     IWDG.rlr().write_value(Rlr(COUNTS - 1));
     feed();
-    // SAFETY: no critical section relies on a priority. SysTick is that of no other part of the program.
+    // SAFETY: no critical section relies on a priority, and no other part of the program uses SysTick.
     unsafe {
         let nvic = &*NVIC::PTR;
         for priority in &nvic.ipr[..96] {
-            // SysTick has the highest one, zero.
+            // SysTick has the highest priority, zero; all others are lower.
             priority.write(1 << 4);
         }
         let timer = &*SYST::PTR;
@@ -101,9 +103,9 @@ pub(crate) fn feed() {
     IWDG.kr().write_value(KEY_FEED);
 }
 
-/// Feeds the watchdog, or ends the program. For the handler of SysTick, above all others. `frame`: where the exception stacked the
-/// registers of what it interrupted; `None` if the handler does not know it, and the record of a late task has no program counter.
-/// `log` reads the log, see [`ReadLog`].
+/// Feeds the watchdog, or ends the program. Call it from the handler of SysTick, which has the highest priority.
+/// `frame`: address at which the exception stacked the registers of the interrupted code. With `None` the record of a
+/// late task has no program counter. `log` reads the log, see [`ReadLog`].
 #[inline(always)] // called from one place of an image
 pub fn on_tick(frame: Option<u32>, log: ReadLog) {
     let uptime = UPTIME.load(Ordering::Relaxed).wrapping_add(1);
@@ -146,7 +148,7 @@ pin_project! {
     /// Future of [`supervised`].
     pub struct Supervised<F> {
         name: u32,
-        // Place in the list and one; zero before the first poll.
+        // Index in the list plus one; zero before the first poll.
         place: u32,
         #[pin]
         future: F,
@@ -159,10 +161,10 @@ pin_project! {
     }
 }
 
-/// Supervises a task: `future` is all that the task does. If it does not return from a poll for a second, the chip is reset, and the
-/// record of the reset has the first four characters of `name`, with spaces behind a shorter one.
+/// Supervises a task: `future` is the whole body of the task. If it does not return from a poll for a second, the chip
+/// is reset, and the record of the reset has the first four characters of `name`, with spaces behind a shorter one.
 ///
-/// At most 16 tasks are supervised, four without the feature `full`. Further ones only run.
+/// At most 16 tasks are supervised, four without the feature `full`. Further tasks run without supervision.
 ///
 /// ```ignore (a task of an image)
 /// #[embassy_executor::task]
@@ -194,7 +196,7 @@ impl<F: Future> Future for Supervised<F> {
     }
 }
 
-/// Adds a task to the list. Returns its place and one; more than there are if the list is full.
+/// Adds a task to the list. Returns its index plus one, or a larger number than the capacity if the list is full.
 #[inline(never)] // once for each task
 fn enter(name: u32, waker: &Waker) -> u32 {
     TASK_LIST.lock(|list| {

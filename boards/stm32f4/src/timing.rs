@@ -1,4 +1,4 @@
-//! Bit timing of bxCAN behind the clocks of all boards.
+//! Bit timing of bxCAN with the clocks of all boards.
 
 use ecss_can::link::bit_timing::{BitTiming, Hertz, Limits, Network, Range};
 
@@ -7,7 +7,7 @@ use crate::clocks;
 /// Clock of the CAN controllers: APB1.
 pub const PCLK1: Hertz = Hertz(clocks::PCLK1);
 
-/// What CAN_BTR can be set to: BRP, TS1, TS2, SJW (RM0090 32.9.2).
+/// Range of the fields of CAN_BTR: BRP, TS1, TS2, SJW (RM0090 32.9.2).
 pub const LIMITS: Limits = Limits {
     prescaler: Range::new(1, 1024),
     segment1: Range::new(1, 16),
@@ -15,8 +15,8 @@ pub const LIMITS: Limits = Limits {
     jump_width: 4,
 };
 
-/// The setting of both CAN controllers for a network. Evaluated as a constant, a network without bit timing fails the
-/// build with the reason.
+/// Returns the bit timing of both CAN controllers for a network. Evaluated as a constant, a network without bit timing
+/// fails the build with the reason.
 ///
 /// # Panics
 /// When there is no bit timing.

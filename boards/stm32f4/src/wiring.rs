@@ -1,10 +1,10 @@
-//! From the list of a board's pins to what the board takes of the chip.
+//! Converts the list of a board's pins to the peripherals that the board takes.
 
-/// Makes `Resources` and the macro `take!` of what each pin is for. `$` stands for itself in that macro.
+/// Makes `Resources` and the macro `take!` from the list of pins. `$` is passed in so that the inner macro can use it.
 macro_rules! wiring {
     ($d:tt, $($role:ident: $pin:ident,)*) => {
-        /// What the board uses of the chip. The macro `take!` fills it.
-        #[allow(missing_docs)] // the board's module says what is wired to which pin
+        /// Peripherals that the board uses. The macro `take!` fills it.
+        #[allow(missing_docs)] // the board's module documents the wiring of each pin
         pub struct Resources {
             pub can1: embassy_stm32::Peri<'static, embassy_stm32::peripherals::CAN1>,
             pub can2: embassy_stm32::Peri<'static, embassy_stm32::peripherals::CAN2>,
@@ -16,8 +16,8 @@ macro_rules! wiring {
             $(pub $role: embassy_stm32::Peri<'static, embassy_stm32::peripherals::$pin>,)*
         }
 
-        /// Moves what the board uses out of the HAL's `Peripherals` and leaves the rest to the application. What is taken
-        /// cannot be taken again: that does not compile.
+        /// Moves the peripherals that the board uses out of the HAL's `Peripherals` and leaves the rest to the
+        /// application. Taking one twice does not compile.
         #[macro_export]
         macro_rules! take {
             ($d p:ident) => {
@@ -35,7 +35,7 @@ macro_rules! wiring {
         }
 
         impl Resources {
-            /// Out of all that the chip has.
+            /// Selects the peripherals of the board from all of the chip.
             pub(crate) fn of(p: embassy_stm32::Peripherals) -> Resources {
                 take!(p)
             }

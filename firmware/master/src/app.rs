@@ -22,7 +22,7 @@ fn cables(master: Handle<Board, Node>) -> impl Future<Output = ()> {
     supervised("cables", CABLES.run(master))
 }
 
-// A task of its own: `main` has its deepest stack while it makes the master (row `size.pyboard-v11.master.stack`).
+// A separate task: `main` has its deepest stack while it makes the master (row `size.pyboard-v11.master.stack`).
 #[embassy_executor::task]
 fn application(
     master: Handle<Board, Node>,

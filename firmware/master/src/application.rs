@@ -1,6 +1,6 @@
-//! The master's application: commands every operational slave, asks it for telemetry, logs what happens.
+//! The master's application: commands every operational slave, requests its telemetry, and logs events.
 //!
-//! Blue toggles with every SYNC sent. Yellow is lit while the redundant bus is the active one.
+//! The blue LED toggles with every SYNC sent. The yellow LED is lit while the redundant bus is active.
 
 mod cables;
 mod log;
@@ -25,16 +25,17 @@ use mission::{
 pub use cables::Cables;
 use schedule::{Schedule, Turn};
 
-/// Written, it starts the measurement of a cable.
+/// Object that starts the measurement of a cable when it is written.
 const CABLE_OF: Address = CommanderObjects::CABLE.field(CableMeasurement::NODE).address();
 
-/// Whether the role of this board may change. Only an image of profile `standby` has the code for it; a test has it always.
+/// Whether the role of this board may change. Only an image of profile `standby` contains the code for it; tests always
+/// do.
 const HAS_ROLES: bool = cfg!(any(feature = "standby", not(target_os = "none")));
 
 /// The master of the mission: one board, or with [`TwoBoards`](ecss_can::redundancy::TwoBoards) one of two.
 pub type Node<B> = Master<CommanderObjects, B>;
 
-/// Returns the pulses per second of the spacecraft time that the master has to give, as object 6310h has them.
+/// Returns a function that reads the pulses per second of the spacecraft time from object 6310h of the master.
 pub fn pulses_per_second<B: MasterBoards>(master: Handle<impl Platform, Node<B>>) -> impl Fn() -> u16 {
     move || master.read(|objects| objects.pulses)
 }
@@ -47,14 +48,15 @@ pub struct Application<P: Platform, B: MasterBoards, E, I> {
     cables: &'static Cables,
     commands: Schedule,
     telemetry: Schedule,
-    /// Numbers the commands to each slave.
+    /// Sequence of the commands to each slave.
     sequences: [Sequence; SLAVES],
 }
 
 impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indicators>
     Application<P, B, E, I>
 {
-    /// The application at power-on. `cables` runs in a task of its own; `minimal` are the minimal slaves of the profile.
+    /// Makes the application at power-on. `cables` runs in a separate task; `minimal` are the minimal slaves of the
+    /// profile.
     pub fn new(
         master: Handle<P, Node<B>>,
         events: E,
@@ -66,7 +68,7 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         let sequences = [Sequence::new(master.now(), COMMAND_PERIOD); SLAVES];
         let mut application =
             Application { master, events, indicators, cables, commands, telemetry, sequences };
-        // Nothing is heard of a minimal slave without heartbeat.
+        // A minimal slave without heartbeat reports no state, so commands start at once.
         for minimal in minimal.iter().filter(|minimal| !minimal.has_heartbeat) {
             application.work(minimal.node);
         }
@@ -135,7 +137,7 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         }
     }
 
-    /// Both controllers must be error active: bit 0 nominal, bit 1 redundant.
+    /// Runs the self-test: both controllers must be error active. Failures: bit 0 nominal, bit 1 redundant.
     fn test(&mut self) {
         let health = self.master.status().health;
         let bad = |health: Health| u32::from(health.state != ErrorState::Active);
@@ -144,12 +146,13 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         self.master.report_self_test(SelfTest { progress, failures });
     }
 
-    /// Commands to a slave begin, unless this master is the standby of another one.
+    /// Starts commands to a slave, unless this master is the standby of another one.
     fn work(&mut self, node: NodeId) {
         if !self.master.is_active() {
             return;
         }
-        // Telemetry goes with commands, and these wait until none is taken for one before a reset.
+        // Telemetry requests start with the commands. Commands wait until the slave cannot mistake one for a repeat of
+        // a command before a reset.
         if let Some(sequence) = slot(node).and_then(|slot| self.sequences.get(slot)) {
             let from = self.master.now().max(sequence.ready_at());
             self.commands.start(node, from);
@@ -157,7 +160,7 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         }
     }
 
-    /// Commands begin anew to the slaves that run, or end.
+    /// Restarts the commands to the operational slaves, or ends them.
     fn on_role(&mut self, change: RoleChange) {
         let (is_active, bus) = (self.master.is_active(), self.master.status().active);
         log::role(change, is_active.then_some(bus));
@@ -175,7 +178,7 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         self.telemetry.stop(node);
     }
 
-    /// The LED in every other turn, a value that telemetry reads back in those between.
+    /// Sends the command of a turn: alternately the LED, and a value that telemetry reads back.
     fn command(&mut self, turn: Turn) {
         let now = self.master.now();
         let missed = self.commands.taken(turn, now);
@@ -189,7 +192,7 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         COUNTERS.commands.count();
     }
 
-    /// Every request in turn.
+    /// Sends the telemetry request of a turn; the requests follow each other cyclically.
     fn request(&mut self, turn: Turn) {
         let missed = self.telemetry.taken(turn, self.master.now());
         COUNTERS.skipped_turns.add(missed as u32);
@@ -201,7 +204,7 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
     }
 }
 
-/// Waits until then, for ever without.
+/// Waits until an instant, for ever without one.
 async fn wait<B: MasterBoards>(master: Handle<impl Platform, Node<B>>, until: Option<Instant>) {
     match until {
         Some(at) => master.wait_until(at).await,

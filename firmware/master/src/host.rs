@@ -8,7 +8,7 @@ use mission::{PROFILE, host};
 
 const SLAVES: [NodeId; 3] = [NodeId::of::<2>(), NodeId::of::<3>(), NodeId::of::<4>()];
 
-/// Runs the application as the command line says.
+/// Runs the application with the options of the command line.
 pub fn run() -> ExitCode {
     host::run(
         "Run the application of the master beside three plain slaves on mock buses",

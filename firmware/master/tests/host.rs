@@ -8,8 +8,9 @@ fn master(arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// Given the program without options, then the master commands three slaves on the nominal bus. When that is cut at 4 s, then the
-/// master goes to the redundant bus, all three are back there, and telemetry passes until the end at 10 s.
+/// Given the program without options, then the master commands three slaves on the nominal bus. When that bus is cut at
+/// 4 s, then the master changes to the redundant bus, all three slaves return there, and telemetry is exchanged until
+/// the end at 10 s.
 ///
 /// Verifies: ECSS 8.3.3b, 8.3.3d, 8.3.3f
 #[test]

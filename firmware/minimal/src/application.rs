@@ -1,6 +1,7 @@
-//! The application of the minimal slave: shows life on the LEDs and in the log. Commands and telemetry are its device's part.
+//! The application of the minimal slave: shows activity on the LEDs and in the log. The device handles commands and
+//! telemetry.
 //!
-//! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; the state LED is switched by command.
+//! One LED each toggles with heartbeats of the master, SYNC and spacecraft time; commands switch the state LED.
 
 use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
 use ecss_can::runner::{EventSource, Handle, MinimalHandle, Platform};
@@ -18,7 +19,7 @@ pub struct Application<P: Platform, D: MissionDevice, E, I> {
 impl<P: Platform, D: MissionDevice, E: EventSource<Event = MinimalEvent>, I: Indicators>
     Application<P, D, E, I>
 {
-    /// The application at power-on.
+    /// Makes the application at power-on.
     pub fn new(slave: Handle<P, MinimalSlave<D>>, events: E, indicators: I) -> Self {
         Application { slave, events, indicators }
     }

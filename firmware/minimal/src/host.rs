@@ -11,14 +11,14 @@ use mission::{PROFILE, host};
 
 const NODE: NodeId = NodeId::of::<6>();
 
-/// A slave with an SDO server: by those alone the master chooses its bus.
+/// A slave with an SDO server: the master chooses its bus by such slaves only.
 const SLAVE: NodeId = NodeId::of::<2>();
 
 /// The profile of the mission, in which the node is a minimal slave.
 const WITH_MINIMAL: &Profile =
     &Profile { minimal: &[MinimalNode { node: NODE, has_heartbeat: true }], ..*PROFILE };
 
-/// Runs the application as the command line says.
+/// Runs the application with the options of the command line.
 pub fn run() -> ExitCode {
     host::run(
         "Run the application of the minimal slave, node 6, beside a plain master and a plain slave on mock buses",

@@ -1,6 +1,6 @@
 //! Features that exclude each other: an image has one profile and one bit rate.
 
-/// Refuses each two of these features together.
+/// Refuses any two of these features together.
 macro_rules! at_most_one {
     ($of:literal: $first:literal $(, $other:literal)*) => {
         $(

@@ -1,4 +1,4 @@
-//! What the applications of the mission count, for the log, a debugger or an emulator.
+//! Counters of the applications of the mission, for the log, a debugger or an emulator.
 
 use ecss_can::runner::Tally;
 
@@ -12,7 +12,7 @@ pub struct Counters {
     pub requests: Tally,
     /// Telemetry replies received (master).
     pub replies: Tally,
-    /// Turns of slaves that were left out because the application was late (master).
+    /// Turns of slaves that were skipped because the application was late (master).
     pub skipped_turns: Tally,
     /// Commands dropped as repeats of the last one (slave).
     pub repeats: Tally,
@@ -24,12 +24,12 @@ pub struct Counters {
     pub times: Tally,
 }
 
-/// So many heartbeats of the master (slave) or SYNCs (master) after each other the statistics are logged.
+/// Number of heartbeats of the master (slave) or SYNCs (master) between two logs of the statistics.
 #[cfg(feature = "defmt")]
 const LOGGED_EVERY: u32 = 100;
 
 impl Counters {
-    /// A slave heard a heartbeat of its master. With every hundredth it logs its statistics.
+    /// Counts a heartbeat of the master that a slave received. Logs the statistics at every hundredth.
     pub fn on_heartbeat(&self) {
         self.heartbeats.count();
         #[cfg(feature = "defmt")]
@@ -46,7 +46,7 @@ impl Counters {
         }
     }
 
-    /// The master sent a SYNC. With every hundredth it logs its statistics.
+    /// Counts a SYNC that the master sent. Logs the statistics at every hundredth.
     pub fn on_sync_sent(&self) {
         self.syncs.count();
         #[cfg(feature = "defmt")]

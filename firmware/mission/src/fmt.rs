@@ -1,8 +1,8 @@
 //! Log messages of the applications: by defmt with the feature `defmt`, else by `log`.
 //!
-//! The macros `error`, `warn`, `info` and `debug` take a message as defmt has it, `{}`, `{=u8}` or `{=u16:04X}` for a value, and the
-//! values behind it. A crate that uses them with the feature `defmt` depends on defmt. On the host the type of a value is ignored,
-//! and each value is written by its `Debug`.
+//! The macros `error`, `warn`, `info` and `debug` take a message in the format of defmt (`{}`, `{=u8}` or `{=u16:04X}`
+//! for a value), followed by the values. A crate that uses them with the feature `defmt` depends on defmt. On the host
+//! the type of a value is ignored, and each value is written by its `Debug`.
 //!
 //! ```
 //! mission::warn!("unknown command {=u16:04X}h", 0x12_u16);

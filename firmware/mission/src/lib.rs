@@ -1,6 +1,6 @@
-//! The demonstration mission: what its master and its slaves agree on beyond the protocol.
+//! The demonstration mission: definitions beyond the protocol that its master and slaves share.
 //!
-//! Profiles, objects of a slave, commands and telemetry. A mission of your own has a crate like this one.
+//! These are profiles, objects of a slave, commands and telemetry. Each mission has a crate like this one.
 
 #![cfg_attr(not(feature = "host"), no_std)]
 #![forbid(unsafe_code)]

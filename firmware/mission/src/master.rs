@@ -13,11 +13,11 @@ use ecss_can::types::{NodeId, Scet};
 
 use crate::{Message, MissionObjects};
 
-/// Slaves of the mission: those that straps can number, 2 to 15.
+/// Number of slaves of the mission: Node-IDs that straps can set, 2 to 15.
 pub const SLAVES: usize = 14;
 const FIRST: u8 = 2;
 
-/// Place of a slave among those of the mission, from zero.
+/// Returns the index of a slave among those of the mission, from zero. `None` for another node.
 pub const fn slot(node: NodeId) -> Option<usize> {
     match node.get() {
         id if id < FIRST || id >= FIRST + SLAVES as u8 => None,
@@ -38,7 +38,7 @@ const RPDOS: [Rpdo; 2 * SLAVES] = {
     all
 };
 
-/// What the master of the mission has beside the objects of every master.
+/// Objects of the master of the mission besides those of every master.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device)]
 pub struct CommanderObjects {
@@ -75,7 +75,7 @@ impl Device for CommanderObjects {
     }
 }
 
-/// How long a signal takes from the master to a slave.
+/// Propagation delay of a signal from the master to a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct CableMeasurement {
     /// Node-ID
@@ -106,7 +106,7 @@ pub struct CableMeasurement {
 }
 
 impl CableMeasurement {
-    /// Value of the progress: it runs.
+    /// Value of the progress: the measurement runs.
     pub const RUNNING: u8 = 1;
     /// Value of the progress: bus and delay are those of the node.
     pub const MEASURED: u8 = 2;
@@ -121,7 +121,7 @@ pub type Boards = OneBoard;
 #[cfg(feature = "standby")]
 pub type Boards = TwoBoards;
 
-/// The master of the mission, to be built: the only one, or [`one_of_two`](MasterBuilder::one_of_two).
+/// Returns the builder of the master of the mission: the only one, or [`one_of_two`](MasterBuilder::one_of_two).
 pub fn master(profile: &Profile) -> MasterBuilder<'_, CommanderObjects> {
     Master::builder(profile, CommanderObjects::default())
 }
@@ -131,11 +131,11 @@ pub fn master(profile: &Profile) -> MasterBuilder<'_, CommanderObjects> {
 pub enum Received {
     /// Telemetry.
     Telemetry(Message),
-    /// Its time at the last SYNC.
+    /// Local time of the sender at the last SYNC.
     LocalTime(Scet),
 }
 
-/// Sender and content of a receive PDO of the master. `None` for a malformed one.
+/// Returns sender and content of a receive PDO of the master. `None` if it is malformed.
 pub fn received(pdo: &ReceivedPdo) -> Option<(NodeId, Received)> {
     if let Some((node, _)) = pdo.from(LOCAL_TIME_PDO) {
         return Some((node, Received::LocalTime(Scet::decode(pdo.data.get(..7)?)?)));

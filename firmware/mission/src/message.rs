@@ -2,9 +2,10 @@
 //!
 //! One code per command and per telemetry request; telemetry repeats the code of its request. Numbers little-endian.
 //!
-//! A command is 8 bytes: a code (2 bytes), data (5), a sequence (1). The master steps the sequence with each command to a
-//! slave, and the slave executes a command once, however often CAN delivers it: see
-//! [`RepeatFilter`](ecss_can::pdo::RepeatFilter). A telemetry request needs its code only: 2 to 8 bytes, zero behind the code.
+//! A command is 8 bytes: a code (2 bytes), data (5), a sequence (1). The master increments the sequence with each
+//! command to a slave. The slave executes a command once, even if CAN delivers it repeatedly: see
+//! [`RepeatFilter`](ecss_can::pdo::RepeatFilter). A telemetry request needs its code only: it has 2 to 8 bytes, which
+//! are zero behind the code.
 
 use ecss_can::link::StampSource;
 use ecss_can::link::port::{ErrorState, Health, LastError};
@@ -33,14 +34,15 @@ pub enum Command {
     SetLed(bool),
     /// Keep a value, for telemetry to read back.
     SetValue(u32),
-    /// Zero the executed commands, the repeats and the counters of both buses.
+    /// Set the executed commands, the repeats and the counters of both buses to zero.
     ResetCounters,
-    /// Search the master, beginning on this bus (ECSS 8.2.3a). Slaves with parallel access decline.
+    /// Search the master, beginning on this bus (ECSS 8.2.3a). Slaves with parallel access refuse it.
     SelectBus(Bus),
 }
 
 impl Command {
-    /// The message on the bus. `sequence`: of the master's [`Sequence`](ecss_can::pdo::Sequence) for this slave.
+    /// Returns the message on the bus. `sequence`: next number of the master's [`Sequence`](ecss_can::pdo::Sequence)
+    /// for this slave.
     pub fn encode(self, sequence: u8) -> Message {
         let (code, [a, b, c, d]) = match self {
             Command::SetLed(on) => (SET_LED, [u8::from(on), 0, 0, 0]),
@@ -51,8 +53,8 @@ impl Command {
         Message::new(code, [a, b, c, d, 0, sequence])
     }
 
-    /// The command of a message, whatever its sequence. `None` for an unknown code, data it does not have, an LED that is
-    /// neither on nor off, or a bus other than 0 (nominal) and 1 (redundant).
+    /// Returns the command of a message; the sequence is ignored. `None` for an unknown code, invalid data, an LED
+    /// value other than 0 and 1, or a bus other than 0 (nominal) and 1 (redundant).
     pub fn decode(message: &Message) -> Option<Command> {
         let [data @ .., _sequence] = message.data();
         match (message.code(), data) {
@@ -76,18 +78,18 @@ pub enum Request {
     Value,
     /// Commands executed, and repeats dropped.
     Executed,
-    /// How frames are stamped.
+    /// Source of time stamps.
     StampSource,
     /// Frames received and sent.
     Traffic(Bus),
-    /// Frames lost, malformed, not sent.
+    /// Numbers of frames lost, malformed and not sent.
     Losses(Bus),
     /// Error state and counters.
     Errors(Bus),
 }
 
 impl Request {
-    /// Every request once, for a master that asks in turn.
+    /// Every request once, for a master that sends them in turn.
     pub const ALL: [Request; 10] = [
         Request::Uptime,
         Request::Value,
@@ -101,7 +103,7 @@ impl Request {
         Request::Errors(Bus::Redundant),
     ];
 
-    /// The code of the request and of its telemetry.
+    /// Returns the code of the request and of its telemetry.
     pub const fn code(self) -> u16 {
         match self {
             Request::Uptime => UPTIME,
@@ -114,12 +116,12 @@ impl Request {
         }
     }
 
-    /// The message on the bus.
+    /// Returns the message on the bus.
     pub fn encode(self) -> Message {
         Message::of(self.code(), [])
     }
 
-    /// `None` for an unknown code or any data.
+    /// Returns the request of a message. `None` for an unknown code or data other than zero.
     pub fn decode(message: &Message) -> Option<Request> {
         if message.data() == [0; Message::DATA] { Self::from_code(message.code()) } else { None }
     }
@@ -151,44 +153,44 @@ pub enum Telemetry {
     Value(u32),
     /// Commands since power-on or the last reset of counters.
     Executed {
-        /// Executed; wraps.
+        /// Number executed; wraps.
         count: u32,
-        /// Dropped as repeats of the command before; stays at its maximum.
+        /// Number dropped as repeats of the command before; stays at its maximum.
         repeats: u16,
     },
-    /// How frames are stamped; `None` before the first SYNC.
+    /// Source of the time stamp of the last SYNC; `None` before the first one.
     StampSource(Option<StampSource>),
-    /// Frames of a bus, each modulo 2^24.
+    /// Numbers of frames of a bus, each modulo 2^24.
     Traffic {
         /// The bus counted.
         bus: Bus,
-        /// Received.
+        /// Number received.
         received: u32,
-        /// Sent and acknowledged.
+        /// Number sent and acknowledged.
         sent: u32,
     },
-    /// Frames of a bus that came to nothing; each stays at its maximum.
+    /// Numbers of lost and failed frames of a bus; each stays at its maximum.
     Losses {
         /// The bus counted.
         bus: Bus,
-        /// Lost in the receiver.
+        /// Number lost in the receiver.
         lost: u16,
-        /// Malformed.
+        /// Number of malformed frames.
         malformed: u16,
-        /// Not sent, for whatever cause.
+        /// Number not sent, for any cause.
         failed: u16,
     },
     /// Error state and counters of a bus.
     Errors {
         /// The bus counted.
         bus: Bus,
-        /// As the controller has it.
+        /// State and counters of the controller.
         health: Health,
     },
 }
 
 impl Telemetry {
-    /// The request that this answers.
+    /// Returns the request that this answers.
     pub const fn request(self) -> Request {
         match self {
             Telemetry::Uptime(_) => Request::Uptime,
@@ -201,7 +203,7 @@ impl Telemetry {
         }
     }
 
-    /// The message on the bus.
+    /// Returns the message on the bus.
     pub fn encode(self) -> Message {
         let data = match self {
             Telemetry::Uptime(ms) => ms,
@@ -224,7 +226,7 @@ impl Telemetry {
         Message::new(self.request().code(), [a, b, c, d, e, f])
     }
 
-    /// `None` for an unknown code, data it does not have or a value that is never sent.
+    /// Returns the telemetry of a message. `None` for an unknown code, invalid data or a value that is never sent.
     pub fn decode(message: &Message) -> Option<Telemetry> {
         Some(match (Request::from_code(message.code())?, message.data()) {
             (Request::Uptime, [a, b, c, d, e, f]) => {

@@ -1,15 +1,16 @@
-//! A minimal slave of the mission (ECSS 9): what its four receive PDOs mean, and what its transmit PDOs carry.
+//! A minimal slave of the mission (ECSS 9): meaning of its four receive PDOs, and content of its transmit PDOs.
 //!
 //! | PDO | COB-ID | what |
 //! | --- | --- | --- |
 //! | RPDO 1 | 200h + node | command: keep these bytes, 0 to 8 of them |
-//! | RPDO 2, 3 | 300h, 400h + node | command or telemetry request of the mission, by its code, as full slaves have them |
-//! | RPDO 4 | 500h + node | request: send the kept bytes by TPDO 4; its own bytes mean nothing |
+//! | RPDO 2, 3 | 300h, 400h + node | command or telemetry request of the mission, by its code, as for full slaves |
+//! | RPDO 4 | 500h + node | request: send the kept bytes by TPDO 4; its own bytes are ignored |
 //! | TPDO 2 | 280h + node | with every SYNC: commands executed (4 bytes), state of the LED (1) |
 //! | TPDO 3 | 380h + node | telemetry of the mission |
 //! | TPDO 4 | 480h + node | the kept bytes, as many as the command had |
 //!
-//! In profile `librecube` it is [another one](prototype). TPDO 1 is not in use: the master takes 180h + node for the time of a slave, and a minimal one has no clock.
+//! In profile `librecube` it is [another one](prototype). TPDO 1 is not used: the master expects the time of a slave in
+//! 180h + node, and a minimal slave has no clock.
 
 mod objects;
 pub mod prototype;
@@ -30,7 +31,7 @@ pub type Shipped = prototype::PrototypeMission;
 #[cfg(not(all(feature = "librecube", not(feature = "standby"))))]
 pub type Shipped = MinimalMission;
 
-/// Numbers of PDOs, from zero.
+/// Index of a PDO, from zero.
 const KEEP: usize = 0;
 const REPLY: usize = 3;
 const CYCLIC: usize = 1;
@@ -39,10 +40,10 @@ const KEPT: usize = 3;
 
 /// A device that the application of the minimal slave runs with.
 pub trait MissionDevice: MinimalDevice {
-    /// Number of the RPDO that brings the spacecraft time, from zero. `None`: there is none.
+    /// Index of the RPDO with the spacecraft time, from zero. `None`: there is none.
     const TIME_RPDO: Option<u8>;
 
-    /// State of the command LED.
+    /// Returns the state of the command LED.
     fn led(&self) -> bool;
 }
 
@@ -54,19 +55,19 @@ pub struct MinimalMission {
 }
 
 impl MinimalMission {
-    /// At power-on.
+    /// Makes the device at power-on.
     pub const fn new() -> MinimalMission {
         MinimalMission { record: SlaveRecord::new(), kept: Payload::new() }
     }
 
-    /// A command or a request for telemetry, by its code.
+    /// Handles a command or a telemetry request, by its code. Returns the telemetry.
     fn on_message(&mut self, data: &[u8], at: Instant) -> Option<Payload> {
         let message = Message::from_start(data)?;
         if let Some(telemetry) = self.answer(&message, at) {
             COUNTERS.requests.count();
             return Some(payload(&telemetry.encode()));
         }
-        // It follows the master, and takes no other orders for its bus.
+        // `SelectBus` is not executed: the bus follows the master.
         if !matches!(Command::decode(&message), None | Some(Command::SelectBus(_))) {
             match self.record.take(&message, at) {
                 Ok(_) => COUNTERS.commands.count(),
@@ -76,7 +77,8 @@ impl MinimalMission {
         None
     }
 
-    /// The answer to a telemetry request of which this device knows. Its node has no counters that the device could read.
+    /// Returns the answer to a telemetry request that this device supports. The device cannot read counters of its
+    /// node.
     fn answer(&self, message: &Message, at: Instant) -> Option<Telemetry> {
         let SlaveRecord { value, executed, commands, .. } = &self.record;
         Some(match Request::decode(message)? {
@@ -120,7 +122,7 @@ impl MinimalDevice for MinimalMission {
         match number {
             KEEP => {
                 self.kept.clear();
-                // A PDO has 8 bytes at most.
+                // Never fails: a PDO has at most 8 bytes.
                 let _ = self.kept.extend_from_slice(data);
                 None
             }

@@ -1,4 +1,4 @@
-//! Objects of the demonstration mission's slaves, and how their PDOs carry them.
+//! Objects of the demonstration mission's slaves, and the PDOs that carry them.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Communication, Device, Identity, LOCAL_TIME, SPACECRAFT_TIME, Slave, SlaveBuilder};
@@ -19,7 +19,7 @@ pub const REQUEST: Pdo<MissionObjects, (u16, U48)> = Pdo::new(CobIdOf::node(0x40
     .map(MissionObjects::REQUEST.field(TelemetryRequest::CODE))
     .map(MissionObjects::REQUEST.field(TelemetryRequest::DATA));
 
-/// What a slave of the mission has beside the objects of every node. `S` is where its data store lies.
+/// Objects of a slave of the mission besides those of every node. `S` is the memory of its data store.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device)]
 pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'static mut [u8]> {
@@ -74,7 +74,7 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> MissionObjects<S> {
         .map(MissionObjects::TELEMETRY.field(Outgoing::DATA));
 }
 
-/// The last telecommand that a PDO brought, repeats included.
+/// The last telecommand received by PDO, repeats included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct Telecommand {
     /// Code
@@ -91,7 +91,7 @@ pub struct Telecommand {
     pub sequence: u8,
 }
 
-/// The last telemetry request that a PDO brought.
+/// The last telemetry request received by PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct TelemetryRequest {
     /// Code
@@ -104,7 +104,7 @@ pub struct TelemetryRequest {
     pub data: U48,
 }
 
-/// A message that a PDO takes away.
+/// A message that a PDO sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct Outgoing {
     /// Code
@@ -122,7 +122,7 @@ impl From<Message> for Outgoing {
     }
 }
 
-/// A slave of the mission, to be built; `memory` is its data store.
+/// Returns the builder of a slave of the mission; `memory` is its data store.
 pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static>(
     id: NodeId,
     profile: &Profile,

@@ -5,16 +5,16 @@ use ecss_can::link::bit_timing::BitRate;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Address, Duration, NodeId};
 
-/// How often the master commands each slave, and how long a command may be repeated by the bus.
+/// Period of the master's commands to each slave, and time in which CAN may repeat a command.
 pub const COMMAND_PERIOD: Duration = Duration::from_millis(100);
-/// How often the master asks each slave for telemetry.
+/// Period of the master's telemetry requests to each slave.
 pub const TELEMETRY_PERIOD: Duration = Duration::from_millis(100);
 
 /// The defaults: 1 Mbit/s, heartbeat and SYNC 100 ms, parallel access everywhere, no slave assigned.
 pub const STANDARD: Profile = Profile { name: "standard", ..Profile::DEFAULT };
 
-/// The defaults with two master boards, one of them the standby of the other (ECSS 8.1a). They boot slaves 2 to 4, and wait for
-/// none of them.
+/// The defaults with two master boards, one of them the standby of the other (ECSS 8.1a). They boot slaves 2 to 4, none
+/// of which is mandatory.
 pub const TWO_MASTERS: Profile = Profile {
     name: "standby",
     slaves: &[slave(NodeId::of::<2>()), slave(NodeId::of::<3>()), slave(NodeId::of::<4>())],
@@ -54,12 +54,12 @@ const BIT_RATE: BitRate = if cfg!(feature = "kbit-10") {
     BitRate::MBIT_1
 };
 
-// All of them, also those that an image does not use.
+// Checks all profiles, also those that an image does not use.
 const _: [Profile; 3] = [STANDARD.checked(), TWO_MASTERS.checked(), LIBRECUBE.checked()];
 
-/// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slaves 4 and 6 have
-/// selective access, so that both ways to fail over are seen; slave 6 is a minimal one, if it is there. The master boots slaves
-/// 2 to 4, and waits for none of them.
+/// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slaves 4 and 6 have selective
+/// access, to show both ways of fail-over. Slave 6, if present, is a minimal slave. The master boots slaves 2 to 4,
+/// none of which is mandatory.
 pub const LIBRECUBE: Profile = Profile {
     name: "librecube",
     heartbeat: Duration::from_millis(250),
@@ -82,18 +82,18 @@ pub const LIBRECUBE: Profile = Profile {
     ..STANDARD
 };
 
-/// A slave of this mission: its product code is known, its configuration is of 25 September 2017, noon.
+/// Returns a slave of this mission with its product code; the date of its configuration is 25 September 2017, noon.
 const fn slave(node: NodeId) -> AssignedSlave {
     let expected = Expected { device_type: 0, identity: [0, 0x5015, 0, 0], stamp: [12_321, 43_200_000] };
     AssignedSlave { node, mandatory: false, expected }
 }
 
-/// It consumes the heartbeat of the master, 2.5 s: as it does at power-on.
+/// Returns the setting that a slave consumes the heartbeat of the master, 2.5 s, as at power-on.
 const fn consumer(node: NodeId) -> Setting {
     Setting { node, at: Address::new(0x1016, 1), value: &[0xC4, 0x09, 1, 0] }
 }
 
-/// A missed heartbeat of another slave changes nothing: what is to be done then the master decides.
+/// Returns the setting that a missed heartbeat of another slave has no effect: the master decides what to do.
 const fn error_behaviour(node: NodeId) -> Setting {
     Setting { node, at: Address::new(0x1029, 1), value: &[1] }
 }

@@ -1,4 +1,4 @@
-//! What a slave of the mission keeps beside its node.
+//! State that a slave of the mission keeps besides its node.
 
 use crate::{COMMAND_PERIOD, Command, Message, Request, Telemetry};
 use ecss_can::link::StampSource;
@@ -18,11 +18,11 @@ pub struct SlaveRecord {
     pub executed: u32,
     /// Drops repeats of commands.
     pub commands: RepeatFilter<Message>,
-    /// How the last SYNC was stamped; `None` before the first one.
+    /// Source of the time stamp of the last SYNC; `None` before the first one.
     pub stamp_source: Option<StampSource>,
 }
 
-/// Why a telecommand was not executed.
+/// Reason why a telecommand was not executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Declined {
@@ -39,7 +39,7 @@ impl Default for SlaveRecord {
 }
 
 impl SlaveRecord {
-    /// At power-on.
+    /// Makes the record at power-on.
     pub const fn new() -> SlaveRecord {
         SlaveRecord {
             led: false,
@@ -50,8 +50,8 @@ impl SlaveRecord {
         }
     }
 
-    /// Executes a telecommand that was received `at`. LEDs, the dictionary, the node's counters for
-    /// [`Command::ResetCounters`] and its bus for [`Command::SelectBus`] are the caller's part.
+    /// Executes a telecommand that was received `at`. The caller handles LEDs, the dictionary, the node's counters for
+    /// [`Command::ResetCounters`] and its bus for [`Command::SelectBus`].
     ///
     /// # Errors
     /// [`Declined`]: nothing was executed.
@@ -62,7 +62,7 @@ impl SlaveRecord {
         self.execute(message)
     }
 
-    /// Executes a telecommand, also one that repeats the last: of a slave whose commands have no sequence.
+    /// Executes a telecommand, also a repeated one. For a slave whose commands have no sequence.
     ///
     /// # Errors
     /// [`Declined::Unknown`]: nothing was executed.
@@ -81,7 +81,7 @@ impl SlaveRecord {
         Ok(command)
     }
 
-    /// The answer to a telemetry request.
+    /// Returns the answer to a telemetry request.
     pub fn answer(&self, request: Request, status: &Status) -> Telemetry {
         match request {
             Request::Uptime => Telemetry::Uptime(status.uptime.as_millis()),

@@ -1,6 +1,7 @@
-//! The slave's application: executes commands, answers telemetry requests, shows life on the LEDs and its time at a pin.
+//! The slave's application: executes commands, answers telemetry requests, shows activity on the LEDs and its time at a
+//! pin.
 //!
-//! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; another one is switched by command.
+//! One LED each toggles with heartbeats of the master, SYNC and spacecraft time; commands switch another one.
 
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{SelfTest, Slave, SlaveEvent};
@@ -15,7 +16,7 @@ use mission::{
 /// The slave of the mission.
 pub type Node = Slave<MissionObjects>;
 
-/// Returns the pulses per second of the spacecraft time that the slave has to give, as object 6310h has them.
+/// Returns a function that reads the pulses per second of the spacecraft time from object 6310h of the slave.
 pub fn pulses_per_second(slave: Handle<impl Platform, Node>) -> impl Fn() -> u16 {
     move || slave.read(|objects| objects.pulses)
 }
@@ -29,7 +30,7 @@ pub struct Application<P: Platform, E, I> {
 }
 
 impl<P: Platform, E: EventSource<Event = SlaveEvent>, I: Indicators> Application<P, E, I> {
-    /// The application at power-on.
+    /// Makes the application at power-on.
     pub fn new(slave: Handle<P, Node>, events: E, indicators: I) -> Self {
         Application { slave, events, indicators, record: SlaveRecord::new() }
     }
@@ -50,7 +51,7 @@ impl<P: Platform, E: EventSource<Event = SlaveEvent>, I: Indicators> Application
         self.on_event(&event);
     }
 
-    /// State that commands changed.
+    /// Returns the state that commands changed.
     pub fn record(&self) -> &SlaveRecord {
         &self.record
     }
@@ -124,7 +125,7 @@ impl<P: Platform, E: EventSource<Event = SlaveEvent>, I: Indicators> Application
         COUNTERS.requests.count();
     }
 
-    /// Both controllers must be error active: bit 0 nominal, bit 1 redundant.
+    /// Runs the self-test: both controllers must be error active. Failures: bit 0 nominal, bit 1 redundant.
     fn test(&mut self) {
         let health = self.slave.status().health;
         let bad = |health: Health| u32::from(health.state != ErrorState::Active);

@@ -8,7 +8,7 @@ use slave::Application;
 
 const NODE: NodeId = NodeId::of::<2>();
 
-/// Runs the application as the command line says.
+/// Runs the application with the options of the command line.
 pub fn run() -> ExitCode {
     host::run(
         "Run the application of the slave, node 2, beside a plain master on mock buses",

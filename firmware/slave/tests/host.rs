@@ -12,7 +12,7 @@ fn lines(output: &Output) -> Vec<String> {
     String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect()
 }
 
-/// A run without end that has printed its first line.
+/// Starts a run without end and waits for its first line.
 fn endless(arguments: &[&str]) -> (Child, BufReader<ChildStdout>) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_slave"));
     command.args(["--seconds", "0"]).args(arguments).stdout(Stdio::piped()).stderr(Stdio::null());
@@ -65,7 +65,7 @@ fn slave_program_prints_frames_as_candump() {
     assert_eq!(frames.iter().filter(|line| line.ends_with(" 080#")).count(), 29, "from 0.1 s to 2.9 s");
 }
 
-/// Given arguments that are wrong, then the program ends with 2 and names the value and what is allowed.
+/// Given invalid arguments, then the program ends with 2 and reports the value and the allowed range.
 #[test]
 fn slave_program_refuses_wrong_arguments() {
     for (arguments, reason) in [

@@ -1,7 +1,8 @@
 //! Applications of the nodes of a world.
 //!
-//! A slave runs the application of its image. The master runs one that numbers its commands over all power-ons of all masters: the
-//! number says who made a command and when, and whether a slave has executed it before. Commands of the image have no such number.
+//! A slave runs the application of its image. The master runs one that numbers its commands over all power-ons of all
+//! masters. The number shows which master made a command and when, and whether a slave has executed it before. Commands
+//! of the shipped master have no such number.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -19,10 +20,10 @@ use mission::{COMMAND_PERIOD, Command, CommanderObjects, Indicators, TELECOMMAND
 
 use crate::notes::{Execution, Notes};
 
-/// Place of the sequence in a command.
+/// Index of the sequence in the bytes of a command.
 const SEQUENCE: usize = 7;
 
-/// Commands all slaves each period while its master is active.
+/// Sends commands to all slaves in each period while its master is active.
 pub async fn master<B: MasterBoards>(
     master: Handle<Master<CommanderObjects, B>>,
     mut events: Events<Master<CommanderObjects, B>>,
@@ -52,7 +53,7 @@ pub async fn master<B: MasterBoards>(
             for (&node, sequence) in slaves.iter().zip(&mut *sequences.borrow_mut()) {
                 if let Some(sequence) = sequence.step(master.now()) {
                     let message = Command::SetValue(first + round).encode(sequence);
-                    // One that is not Operational has to do without.
+                    // Refused for a slave that is not Operational.
                     let _ = master.send_to(node, TELECOMMAND, message.telecommand());
                 }
             }
@@ -61,8 +62,8 @@ pub async fn master<B: MasterBoards>(
     futures_util::future::join(watch, traffic).await;
 }
 
-/// Runs the application of the image of a slave, and notes the commands that it executes; beside it the errors of `plan`.
-/// `repeats`: a command that CAN delivers twice has another sequence the second time.
+/// Runs the application of a slave's image and records the commands that it executes. Also raises the errors of `plan`.
+/// `repeats`: a command that CAN delivers twice gets another sequence the second time.
 pub async fn slave(
     node: Handle<slave::Node>,
     events: Events<slave::Node>,
@@ -79,14 +80,14 @@ pub async fn slave(
 /// Raises and clears an error of a slave, each time after 20 to 600 ms.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
-    /// Of the times.
+    /// Seed of the times.
     pub seed: u64,
-    /// The last change of an error is before.
+    /// End of the changes.
     pub until: Time,
 }
 
 impl Errors {
-    /// The error.
+    /// Error that is raised and cleared.
     pub const ERROR: DeviceError = DeviceError::new(ErrorCode::TEMPERATURE_DEVICE, 1);
 
     async fn raise(self, node: Handle<slave::Node>, id: NodeId, notes: Rc<Notes>, begin: Time) {
@@ -130,11 +131,11 @@ async fn serve(
     }
 }
 
-/// Events of a slave, and when its application took the last one.
+/// Events of a slave, and the instant at which its application took the last one.
 struct Observed {
     events: Events<slave::Node>,
     at: Rc<Cell<Time>>,
-    /// Sequence of the last command, where all commands shall seem new.
+    /// Sequence of the last command, if every command has to seem new.
     sequence: Option<u8>,
 }
 

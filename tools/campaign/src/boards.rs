@@ -1,4 +1,4 @@
-//! The master boards of a run, as their own events show them: one, or two of which one is the standby.
+//! State of the master boards of a run by their own events: one, or two of which one is the standby.
 
 use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
@@ -11,15 +11,16 @@ use crate::reach;
 use crate::scene::{News, Noted};
 use crate::script::Script;
 
-/// As long as frames of two masters that hear each other may collide. A controller that is bus-off hears nothing.
+/// Longest time in which frames of two masters that hear each other may collide. A controller that is bus-off receives
+/// nothing.
 const COLLISIONS: Time = Time::from_ms(20);
 
-/// A board between two changes.
+/// State of a board between two changes.
 #[derive(Clone, Copy)]
 pub struct Stay {
-    /// Since when.
+    /// Begin of the state.
     pub from: Time,
-    /// The bus that it manages; `None` while it is not active.
+    /// Bus that it manages; `None` while it is not active.
     pub bus: Option<Bus>,
 }
 
@@ -34,13 +35,13 @@ pub struct Switch {
 /// A master board.
 pub struct MasterBoard {
     pub key: NodeKey,
-    /// Power-ons.
+    /// Number of power-ons.
     pub lives: u32,
     pub stays: Vec<Stay>,
     pub switches: Vec<Switch>,
-    /// When it became active, or the standby.
+    /// Instants of changes of its role.
     pub roles: Vec<Time>,
-    /// Changes of its controllers: bus-off on which bus, or on it again.
+    /// Changes of its controllers: instant, bus, and whether it is on the bus (false: bus-off).
     hearing: Vec<(Time, Bus, bool)>,
 }
 
@@ -50,33 +51,33 @@ pub struct Boards {
 }
 
 impl MasterBoard {
-    /// Its name in a complaint.
+    /// Returns its name in violations.
     pub fn name(&self) -> &'static str {
         if self.key == NodeKey::SECOND_MASTER { "the second master" } else { "the master" }
     }
 
-    /// The bus that it manages now; `None` while it is not active.
+    /// Returns the bus that it manages now; `None` while it is not active.
     pub fn bus(&self) -> Option<Bus> {
         self.stays.last().and_then(|stay| stay.bus)
     }
 
-    /// What it did at an instant; `None` before its power-on.
+    /// Returns its state at an instant; `None` before its power-on.
     pub fn at(&self, at: Time) -> Option<Stay> {
         self.stays.iter().rfind(|stay| stay.from <= at).copied()
     }
 
-    /// What it was at an instant. A board that is off manages no bus.
+    /// Returns its role at an instant for the judge. A board without power manages no bus.
     fn seen_at(&self, at: Time) -> Master {
         let bus = self.at(at).and_then(|stay| stay.bus);
         Master { is_powered: true, bus, ..Master::default() }
     }
 
-    /// When the answers of [`MasterBoard::at`] and [`MasterBoard::hears`] changed.
+    /// Returns when the results of [`MasterBoard::at`] and [`MasterBoard::hears`] changed.
     fn changes(&self) -> impl Iterator<Item = Time> {
         self.stays.iter().map(|stay| stay.from).chain(self.hearing.iter().map(|(at, ..)| *at))
     }
 
-    /// Both controllers are set up anew.
+    /// Records that both controllers are on their buses after a start.
     fn begins_to_hear(&mut self, at: Time) {
         self.hearing.extend(Bus::ALL.map(|bus| (at, bus, true)));
     }
@@ -111,7 +112,7 @@ impl MasterBoard {
 }
 
 impl Boards {
-    /// Those of a script.
+    /// Makes the boards of a script.
     pub fn new(script: &Script) -> Boards {
         let keys = [NodeKey::MASTER, NodeKey::SECOND_MASTER].into_iter().take(script.masters.into());
         let board = |key| MasterBoard {
@@ -125,7 +126,7 @@ impl Boards {
         Boards { all: keys.map(board).collect() }
     }
 
-    /// Reads a change; nothing happens when it is of a slave.
+    /// Reads a change. Changes of slaves are ignored.
     pub fn read(&mut self, noted: &Noted) {
         let is_one_of_two = self.all.len() > 1;
         if let Some(board) = self.all.iter_mut().find(|board| board.key == noted.key) {
@@ -133,21 +134,22 @@ impl Boards {
         }
     }
 
-    /// All of them.
+    /// Returns all boards.
     pub fn iter(&self) -> impl Iterator<Item = &MasterBoard> {
         self.all.iter()
     }
 
-    /// The board of a key; `None` for a slave.
+    /// Returns the board of a key; `None` for a slave.
     pub fn of(&self, key: NodeKey) -> Option<&MasterBoard> {
         self.all.iter().find(|board| board.key == key)
     }
 
-    /// From when to when two masters were active for too long although they heard each other: each says on both buses that it is.
+    /// Returns the interval in which two masters were active for too long although they heard each other. Each sends on
+    /// both buses that it is active.
     pub fn meeting(&self, script: &Script) -> Option<(Time, Time)> {
         let [one, two] = self.all.as_slice() else { return None };
         let end = Time::from_us(script.length);
-        // Nothing changes between two of these.
+        // The state is constant between two of these instants.
         let boards = [one, two];
         let mut instants: Vec<Time> = boards.iter().flat_map(|board| board.changes()).collect();
         instants.extend(reach::changes(script));

@@ -11,15 +11,15 @@ use crate::script::Script;
 
 /// Slaves 2 to 5.
 const SLAVES: u8 = 4;
-/// Cuts begin within this second.
+/// Cuts begin within the second after this time, in microseconds.
 const FROM_US: u64 = 3_000_000;
 const WITHIN_US: u64 = 1_000_000;
-/// Watched so long after the cut.
+/// Time of observation after the cut.
 const WATCHED: Time = Time::from_ms(2_000);
 const LOOK: Time = Time::from_ms(1);
 
-/// Times from a cut of the nominal bus at `place` until the master left it, and until all slaves were Operational on the other
-/// one: milliseconds of `runs` runs. Runs without a fail-over are left out.
+/// Returns, for `runs` runs, the times in milliseconds from a cut of the nominal bus at `place` until the master left
+/// it, and until all slaves were Operational on the other one. Runs without a fail-over are left out.
 pub fn times(place: u32, runs: u64) -> Vec<[f64; 2]> {
     (0..runs).filter_map(|run| time(place, run)).collect()
 }
@@ -53,7 +53,7 @@ fn time(place: u32, run: u64) -> Option<[f64; 2]> {
     None
 }
 
-/// Since when a slave is Operational on the redundant bus.
+/// Returns the instant since which a slave is Operational on the redundant bus.
 fn works_from(seen: &Seen, node: u8) -> Option<Time> {
     let (mut state, mut bus, mut since) = (None, None, Time::ZERO);
     for noted in seen.news.iter().filter(|noted| NodeId::new(node) == Some(noted.key.node())) {

@@ -1,4 +1,4 @@
-//! A run: the script is performed in a world, and the world is judged.
+//! A run: executes the script in a world and judges the result.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -13,16 +13,16 @@ use crate::outcome::{Effects, Outcome};
 use crate::scene::{Scene, Seen};
 use crate::script::{EOF, Fault, Script};
 
-/// How often nodes are looked at.
+/// Interval at which nodes are checked.
 const LOOK: Time = Time::from_ms(100);
-/// A fault that waits for a frame looks for one so often, and begins without it after so long.
+/// Poll interval of a fault that waits for a frame, and longest wait.
 const GLANCE: Time = Time::from_us(20);
 const PATIENCE: Time = Time::from_ms(200);
 
-/// What a disturbance did to a frame is known when its error frame is over.
+/// Time after which the effect of a disturbance on a frame is known: the end of its error frame.
 const ERROR_FRAME: Time = Time::from_ms(1);
 
-/// Flies a script in the world that `scene` makes. A panic is a violation.
+/// Runs a script in the world that `scene` makes. A panic is a violation.
 pub fn fly<S: Scene>(script: &Script, scene: impl FnOnce() -> S) -> Outcome {
     let flown = catch_unwind(AssertUnwindSafe(|| attempt(script, &mut scene())));
     flown.unwrap_or_else(|panic| {
@@ -32,7 +32,7 @@ pub fn fly<S: Scene>(script: &Script, scene: impl FnOnce() -> S) -> Outcome {
     })
 }
 
-/// Something that is done to the world.
+/// An action on the world.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Act {
     Begin,
@@ -41,7 +41,7 @@ enum Act {
     End,
 }
 
-/// What is to be done, the next one last.
+/// Planned actions, the next one last.
 struct Plan(Vec<(Time, Act, usize)>);
 
 impl Plan {
@@ -65,9 +65,9 @@ impl Plan {
         self.0.pop_if(|(at, ..)| *at <= until).map(|(_, act, index)| (act, index))
     }
 
-    /// A fault begins now: plans the rest of it.
+    /// Plans the further actions of a fault that begins now.
     fn begun(&mut self, now: Time, index: usize, fault: &Fault) {
-        // Those that are sorted to the same instant are taken from the end.
+        // Actions at the same instant are taken from the end.
         let mut rest = Vec::new();
         let to_look = if fault.kind == Kind::Glitch { ERROR_FRAME } else { Time::ZERO };
         rest.extend(fault.span().map(|span| (now + Time::from_us(span) + to_look, Act::End, index)));
@@ -118,7 +118,7 @@ fn attempt(script: &Script, scene: &mut impl Scene) -> Outcome {
     judge.finish(scene, &seen, effective)
 }
 
-/// Faults that last, as long as they do.
+/// Active faults that last.
 #[derive(Default)]
 struct Lasting(Vec<Fault>);
 
@@ -129,7 +129,7 @@ impl Lasting {
         }
     }
 
-    /// The end of a fault ends all that are like it: those that last begin again.
+    /// Ends a fault. On the wire this ends all similar ones, so those that still last begin again.
     fn end(&mut self, scene: &mut impl Scene, ended: &Fault, seed: u64) {
         let Some(index) = self.0.iter().position(|fault| fault == ended) else { return };
         self.0.remove(index);
@@ -139,7 +139,7 @@ impl Lasting {
     }
 }
 
-/// A fault of a wire that waits for a frame begins in the middle of it.
+/// Waits for a frame, so that a fault of a wire begins in the middle of it.
 fn wait_for_frame(scene: &mut impl Scene, fault: &Fault, end: Time) {
     let latest = (scene.now() + PATIENCE).min(end);
     while fault.in_frame && scene.now() < latest && !scene.is_busy(fault.bus) {
@@ -148,7 +148,7 @@ fn wait_for_frame(scene: &mut impl Scene, fault: &Fault, end: Time) {
     }
 }
 
-/// A flip lets frames pass before it strikes.
+/// Waits for the frames that a flip lets pass.
 fn let_pass(scene: &mut impl Scene, seen: &mut Seen, fault: &Fault, end: Time) {
     let latest = (scene.now() + PATIENCE).min(end);
     let frames = seen.frames[fault.bus].len() + fault.times as usize;
@@ -182,10 +182,10 @@ fn perform(scene: &mut impl Scene, fault: &Fault, act: Act, seed: u64) {
     }
 }
 
-/// Bytes that a babbling node sends, whatever its COB-ID.
+/// Bytes that a babbling node sends with any COB-ID.
 pub const BABBLED: [u8; 8] = [0x55; 8];
 
-/// A frame of a foreign node.
+/// Returns a frame of a foreign node.
 fn foreign(fault: &Fault) -> WireFrame {
     let id = 0x700 + u16::from(fault.node);
     match fault.kind {
@@ -195,10 +195,10 @@ fn foreign(fault: &Fault) -> WireFrame {
     }
 }
 
-/// What begins a fault of a wire, and what ends it.
+/// Returns the wire's fault that begins a fault, and the one that ends it.
 fn on_wire(fault: &Fault, node: Option<usize>, seed: u64, count: usize) -> [Option<WireFault>; 2] {
     let position_m = f64::from(fault.place);
-    // Without the foreign node: it may never come, and a bit to be flipped would wait for it.
+    // Without the foreign node: it may never join, and a flip of its bit would stay pending.
     let all: Vec<usize> = (0..count).collect();
     let nodes = Nodes::of(node.as_ref().map_or(&all[..], std::slice::from_ref));
     let of = |fault: fn(usize) -> WireFault| node.map(fault);

@@ -31,13 +31,13 @@ pub struct Host {
     entries: usize,
     frames: PerBus<usize>,
     executions: usize,
-    /// Value of the last command that each node executed; of each life of a master where there are two, which may both be active
-    /// for a while.
+    /// Value of the last command that each node executed, by life of the master: two masters may both be active for a
+    /// while.
     last: BTreeMap<(NodeId, u32), u32>,
 }
 
 impl Host {
-    /// The spacecraft of a script; `broken`: a rule that does not hold.
+    /// Makes the spacecraft of a script. `broken`: a rule that is broken.
     pub fn new(script: &Script, broken: Option<Rule>) -> Host {
         let (world, notes) = nodes::world(script, broken);
         Host {
@@ -58,7 +58,7 @@ impl Host {
         master.with(|master, _| master.active_errors().collect())
     }
 
-    /// What differs between the errors of a slave and those that a master knows.
+    /// Returns the difference between the errors of a slave and those that a master knows.
     fn unknown_to(&self, known: &[ActiveError], node: NodeId) -> Option<String> {
         let register = self
             .world
@@ -130,7 +130,7 @@ impl Scene for Host {
         powered.map(read).collect()
     }
 
-    /// Each command is executed once, in its order, and none that is older than its lifetime.
+    /// Returns violations of: each command is executed once, in order, and none is older than its lifetime.
     fn take_wrongs(&mut self) -> Vec<String> {
         let mut wrongs = Vec::new();
         let executions = self.notes.executions.borrow();
@@ -218,7 +218,7 @@ impl Scene for Host {
     }
 }
 
-/// An entry of the log; `None` for what is no change of state.
+/// Converts an entry of the log; `None` if it is not a change of state.
 fn news(what: &NodeEvent) -> Option<News> {
     Some(match *what {
         NodeEvent::PowerOn => News::PowerOn,
@@ -254,7 +254,7 @@ fn news(what: &NodeEvent) -> Option<News> {
             | SlaveEvent::Written(_) => return None,
             _ => News::Other,
         },
-        // No minimal slave flies here.
+        // There is no minimal slave in the campaign.
         NodeEvent::Minimal(_) => return None,
     })
 }

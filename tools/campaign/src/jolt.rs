@@ -1,7 +1,7 @@
-//! Table of scripts in which one cause strikes a slave twice: its bus breaks, and it is reset.
+//! Table of scripts in which one cause affects a slave twice: its bus breaks, and it is reset.
 //!
-//! A jolt of a connector breaks the stub of a bus and the power of the same slave, or a short circuit resets a slave that
-//! drives the bus. The two faults come in either order, at any distance up to ten seconds.
+//! A jolt of a connector interrupts the stub of a bus and the power of the same slave, or a short circuit resets a
+//! slave that drives the bus. The two faults occur in either order, at any distance up to ten seconds.
 
 use ecss_can::types::Bus;
 
@@ -10,11 +10,11 @@ use crate::script::{Fault, Script};
 
 /// The slave, the one that has selective access in half of the scripts.
 const SLAVE: u8 = 4;
-/// When the bus breaks, microseconds: every slave has answered the master by then.
+/// Instant at which the bus breaks, microseconds. Every slave has answered the master by then.
 const BREAKS_AT: u64 = 18_000_000;
 /// Distances of the two faults, milliseconds.
 const DISTANCES: [u64; 13] = [0, 50, 100, 200, 300, 500, 700, 1_000, 1_500, 2_000, 3_000, 5_000, 10_000];
-/// What breaks the bus, what strikes the slave, and for how many microseconds.
+/// Kind that breaks the bus, kind that resets the slave, and its duration in microseconds.
 const CAUSES: [(Kind, Kind, Option<u64>); 4] = [
     (Kind::Disconnect, Kind::ResetSlave, None),
     (Kind::Disconnect, Kind::PowerSlave, Some(300_000)),
@@ -39,7 +39,7 @@ pub fn table() -> Vec<Script> {
     scripts
 }
 
-/// `variant`: from 0 to 7, a bit for each of its properties.
+/// Makes a script. `variant`: 0 to 7, a bit for each property.
 fn script(faults: [Fault; 2], variant: u8) -> Script {
     let mut script = Script {
         seed: 1,

@@ -1,4 +1,4 @@
-//! What must hold in every run.
+//! Conditions that must hold in every run.
 
 use std::collections::BTreeMap;
 
@@ -15,30 +15,30 @@ use crate::reach;
 use crate::scene::{News, Noted, Scene, Seen, Sent};
 use crate::script::{Fault, SELECTIVE, Script};
 
-/// What is left at the end must have held for this long.
+/// Time for which the final state must have been stable.
 const CALM: Time = Time::from_ms(3_000);
-/// Of a frame that was on the wire when its bus was left.
+/// Tolerance for a frame that was on the wire when its bus was left.
 const ON_THE_WIRE: Time = Time::from_ms(1);
-/// A board logs a change after it made it, and may send in between.
+/// Delay within which a board logs a change; it may send in between.
 const LOGGED_WITHIN: Time = Time::from_ms(2);
-/// A master that is isolated had no acknowledgement for 2 ms; the tolerance is that of stamps.
+/// An isolated master had no acknowledgement for 2 ms, minus the tolerance of stamps.
 const ISOLATION: Time = Time::from_us(1_900);
-/// A reading of a clock may be from before it was set, and seen after.
+/// Time for which a reading may be from before the clock was set.
 const STALE_READING: Time = Time::from_ms(150);
-/// A reason of a kind is reported once.
+/// Greatest number of reported reasons.
 const MOST_REASONS: usize = 8;
 
-/// A slave as its own events show it.
+/// State of a slave by its own events.
 #[derive(Clone, Copy, Default)]
 struct Slave {
     state: Option<NmtState>,
     bus: Option<Bus>,
     scet: Option<Scet>,
-    /// When its clock was set, or began anew.
+    /// Instant at which its clock was set or restarted.
     set: Option<Time>,
 }
 
-/// Follows a run.
+/// Judge of a run.
 pub struct Judge<'a> {
     script: &'a Script,
     news: usize,
@@ -53,7 +53,7 @@ pub struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    /// At the start of a run.
+    /// Makes the judge at the start of a run.
     pub fn new(script: &'a Script) -> Self {
         Judge {
             script,
@@ -67,7 +67,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Of the run.
+    /// Returns the end of the run.
     fn end(&self) -> Time {
         Time::from_us(self.script.length)
     }
@@ -78,7 +78,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Looks at what is new.
+    /// Checks the new changes and frames.
     pub fn look(&mut self, scene: &mut impl Scene, seen: &Seen) {
         self.read_news(seen);
         self.read_frames(seen, scene.now());
@@ -93,7 +93,7 @@ impl<'a> Judge<'a> {
             self.boards.read(noted);
             let slave = self.slaves.entry(node).or_default();
             match news {
-                // Its clock begins anew.
+                // Its clock restarts.
                 News::PowerOn | News::PowerOff => *slave = Slave { set: Some(at), ..Slave::default() },
                 News::Switched { from, cause: SwitchCause::Isolated, .. } => {
                     self.judge_isolation(at, key, &seen.frames[from]);
@@ -101,7 +101,7 @@ impl<'a> Judge<'a> {
                 News::Switched { .. } | News::Role(_) | News::Hearing { .. } => {}
                 News::State(state) => slave.state = Some(state),
                 News::ActiveBus(bus) => slave.bus = Some(bus),
-                // It may be earlier.
+                // The new time may be earlier.
                 News::ClockSet => (slave.scet, slave.set) = (None, Some(at)),
                 News::Collision => self.collisions.push(node),
                 News::Other => {}
@@ -109,7 +109,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// A master that leaves a bus as isolated was not acknowledged there just before.
+    /// Checks that a master that leaves a bus as isolated was not acknowledged there just before.
     fn judge_isolation(&mut self, at: Time, master: NodeKey, frames: &[Sent]) {
         let heard = frames.iter().rev().find(|sent| sent.end <= at && sent.end + ISOLATION > at);
         if let Some(heard) = heard.filter(|sent| sent.key == Some(master)) {
@@ -118,8 +118,8 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Nothing of a master goes out on a bus that it has left, and nothing at all while it is not the active one. Frames wait
-    /// for what is logged after them.
+    /// Checks that a master sends nothing on a bus that it has left, and nothing at all while it is not active. Frames
+    /// are judged only after later log entries were read.
     fn read_frames(&mut self, seen: &Seen, now: Time) {
         for bus in Bus::ALL {
             let frames = &seen.frames[bus][self.frames[bus]..];
@@ -144,7 +144,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Whether a frame of the master is a fault of the script: what babbles is its controller.
+    /// Returns whether a frame of the master is a fault of the script: its controller babbles.
     fn is_babbled(&self, bus: Bus, sent: &Sent) -> bool {
         self.script.faults.iter().any(|fault| {
             fault.kind == Kind::Babble
@@ -154,7 +154,7 @@ impl<'a> Judge<'a> {
         })
     }
 
-    /// No clock goes back, unless it was set.
+    /// Checks that no clock goes back unless it was set.
     fn read_clocks(&mut self, scene: &mut impl Scene) {
         for reading in scene.take_clocks() {
             let slave = self.slaves.entry(reading.node).or_default();
@@ -168,7 +168,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// At the end: the network works as well as what is left of it allows.
+    /// Judges the end of the run: the network must work as well as the remaining faults allow.
     pub fn finish(mut self, scene: &mut impl Scene, seen: &Seen, effective: Vec<bool>) -> Outcome {
         self.look(scene, seen);
         let (masters, slaves) = (self.masters(scene), self.slaves(scene));
@@ -186,7 +186,7 @@ impl<'a> Judge<'a> {
         Outcome { violations: self.violations, effective, detections }
     }
 
-    /// The master boards. A change of the bus counts in the last seconds, but not from a bus with bit errors.
+    /// Returns the master boards. A change of the bus in the last seconds counts, but not from a bus with bit errors.
     fn masters(&self, scene: &impl Scene) -> Vec<Master> {
         let master = |board: &MasterBoard| Master {
             is_powered: scene.is_powered(board.key),
@@ -197,7 +197,7 @@ impl<'a> Judge<'a> {
         self.boards.iter().map(master).collect()
     }
 
-    /// The slaves, as the wires and their own events show them.
+    /// Returns the slaves by the wires and their own events.
     fn slaves(&self, scene: &impl Scene) -> Vec<host_worlds::judge::Slave> {
         let mut slaves = reach::slaves(self.script);
         for (slave, node) in slaves.iter_mut().zip(&self.nodes) {
@@ -218,7 +218,7 @@ impl<'a> Judge<'a> {
         board.switches.iter().find(|switch| switch.at > calm && !self.is_noisy(switch.from)).copied()
     }
 
-    /// One of two masters is active; where no bus joins them, both are.
+    /// Checks that one of two masters is active, or both if no bus joins them.
     fn judge_pair(&mut self, view: &View) {
         let (powered, active) = (view.powered().count(), view.active().count());
         let expected = view.managers_expected();
@@ -241,16 +241,17 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Bit errors that stay may make a bus bad at any time: on an idle bus each one begins a frame that nobody sends, so nodes
-    /// are error passive every now and then. Such a node cannot destroy a frame that it alone has wrong. When the sender is
-    /// acknowledged by another node, the frame is lost to it, and two heartbeats in a row are more than the consumer time.
+    /// Returns whether a bus has permanent bit errors, which may disturb it at any time. On an idle bus each error
+    /// looks like a start of frame, so nodes are error passive now and then. Such a node cannot destroy a frame that
+    /// only it received with an error. If another node acknowledges, the frame is lost for it, and two lost heartbeats
+    /// in a row exceed the consumer time.
     fn is_noisy(&self, bus: Bus) -> bool {
         let mut faults = self.script.faults.iter();
         faults.any(|fault| fault.kind == Kind::Noise && fault.lasts.is_none() && fault.bus == bus)
     }
 
-    /// Whether a foreign node plays the master to the end where only a slave with selective access hears it: on the bus that the
-    /// master has left. The slave has no reason to look for it on the other one.
+    /// Returns whether a foreign node imitates the master until the end on the bus that the master has left, where only
+    /// a slave with selective access receives it. The slave has no reason to search on the other bus.
     fn is_deceived(&self, node: NodeId, here: Bus) -> bool {
         let to_the_end =
             |fault: &Fault| fault.end().is_some_and(|end| Time::from_us(end) + CALM > self.end());
@@ -260,7 +261,7 @@ impl<'a> Judge<'a> {
             && faults.any(|fault| fault.kind == Kind::ForeignMaster && fault.bus != here && to_the_end(fault))
     }
 
-    /// An active master on its bus, and the slaves that it has to serve.
+    /// Judges an active master on its bus, and the slaves that it has to serve.
     fn judge_network(&mut self, view: &View, master: usize, here: Bus, unconfigured: &[NodeId]) {
         for index in view.to_serve(master) {
             let node = self.nodes[index];
@@ -281,17 +282,17 @@ impl<'a> Judge<'a> {
         }
         let Some(board) = self.boards.iter().nth(master) else { return };
         let late = self.late_switch(board).filter(|_| view.has_moved(master) && !view.is_split(master));
-        // A master that was restarted has forgotten slaves that are not assigned. It cannot ask them on the other bus, so they
+        // A restarted master does not know slaves that are not assigned. It cannot query them on the other bus, so they
         // do not count (docs/decisions/master-bus-choice.md).
         let is_first_life = board.lives <= 1;
-        // After a split a master may stay where it serves a part, also when the other bus serves all again
+        // After a split a master may stay on a bus with some of the slaves, even if the other bus reaches all again
         // (docs/decisions/master-bus-choice.md).
         let is_known = is_first_life && !reach::was_split(self.script, master);
         if is_known && !view.serves_all(master, here) && view.serves_all(master, here.other()) {
             self.complain(format!("the master is on {here:?}, all slaves are reached on the other bus"));
         }
         if view.to_serve(master).next().is_none() {
-            // It alternates; with somebody there it would stay.
+            // The master alternates; it would stay on a bus with a slave.
             if view.has_slaves(master) {
                 self.complain(format!("the master is on {here:?}, slaves are reached on the other bus only"));
             }
@@ -303,7 +304,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// An active master knows the active errors of the slaves that it serves, and no others.
+    /// Checks that an active master knows the active errors of the slaves that it serves, and no others.
     fn judge_errors(&mut self, view: &View, unknown: &[(NodeId, NodeKey, String)]) {
         for (master, _) in view.active() {
             let Some(key) = self.boards.iter().nth(master).map(|board| board.key) else { continue };
@@ -316,7 +317,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// What a network must not even notice moves nobody.
+    /// Checks that harmless faults cause no change of the bus or of a role.
     fn judge_innocence(&mut self) {
         let harmless = |kind| matches!(kind, Kind::UnknownNode | Kind::Flip);
         let Some(first) = self.script.faults.first() else { return };
@@ -338,7 +339,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// A node whose Node-ID somebody else uses on a whole bus reports it.
+    /// Checks that a node reports another node with its Node-ID on an undamaged bus.
     fn judge_collisions(&mut self, effective: &[bool]) {
         let [fault] = self.script.faults.as_slice() else { return };
         let is_collision = matches!(fault.kind, Kind::Clash | Kind::ForeignMaster) && effective == [true];
@@ -349,7 +350,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// From the last fault on a bus to its leaving.
+    /// Returns the times from the last fault on a bus until the master left it.
     fn detections(&self) -> Vec<u64> {
         let faults = self.script.faults.iter();
         let onset = |at: Time, bus: Bus| {

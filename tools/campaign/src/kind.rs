@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-/// What a fault does. Its name is that of scripts and tables.
+/// Kind of a fault, by its name in scripts and tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -13,25 +13,25 @@ pub enum Kind {
     Short,
     /// A bus is dominant on a piece of cable.
     Dominant,
-    /// A node loses its stub, or its ground.
+    /// A node loses the connection by its stub, or its ground.
     Disconnect,
     /// Bit errors at each node: a reduced margin (cases 1, 2, 3a, 4, 9).
     Noise,
     /// The driver of a node is stuck dominant.
     Stuck,
-    /// A node sends one frame without end.
+    /// A node sends one frame continuously.
     Babble,
     /// The oscillator behind a controller is wrong.
     Drift,
-    /// A disturbance of the level that nodes see.
+    /// The level that nodes see is disturbed for a time.
     Glitch,
-    /// One bit of a frame reads as its opposite.
+    /// One bit of a frame is inverted.
     Flip,
     /// A foreign node sends NMT commands.
     ForeignNmt,
     /// A foreign node sends heartbeats of the master.
     ForeignMaster,
-    /// A foreign node sends heartbeats of a node that there is not.
+    /// A foreign node sends heartbeats of a node that does not exist.
     UnknownNode,
     /// A foreign node sends heartbeats of a slave.
     Clash,
@@ -48,18 +48,18 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Those that strike one node, its stub or the cable beside it: two of them may have one cause.
+    /// Returns the kinds that affect one node, its stub or the cable beside it: two of them may have one cause.
     pub fn local() -> Vec<Kind> {
         let is_local = |kind: &Kind| !kind.is_foreign() && *kind != Kind::Noise;
         Kind::value_variants().iter().copied().filter(is_local).collect()
     }
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> String {
         self.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
     }
 
-    /// Whether it goes on until something ends it.
+    /// Returns whether it continues until it is ended.
     pub fn lasts(self) -> bool {
         matches!(
             self,
@@ -67,17 +67,18 @@ impl Kind {
         ) || matches!(self, Kind::Babble | Kind::Drift | Kind::Glitch | Kind::PowerMaster | Kind::PowerSlave)
     }
 
-    /// Whether it may be there at the end of a run: what is left must still work.
+    /// Returns whether it may last to the end of a run: the rest of the network must still work.
     pub fn may_stay(self) -> bool {
         self.lasts() && !self.is_slow() && !matches!(self, Kind::Glitch | Kind::PowerMaster)
     }
 
-    /// Whether the wire has to compute every bit of every node while it lasts, so that it lasts a short time only.
+    /// Returns whether the wire has to compute every bit of every node while it lasts, so that it may last only for a
+    /// short time.
     pub fn is_slow(self) -> bool {
         matches!(self, Kind::Dominant | Kind::Stuck | Kind::Babble | Kind::Drift)
     }
 
-    /// Whether it comes from a foreign node, as frames.
+    /// Returns whether it consists of frames of a foreign node.
     pub fn is_foreign(self) -> bool {
         matches!(
             self,
@@ -85,12 +86,12 @@ impl Kind {
         )
     }
 
-    /// Whether it strikes the cable at a place.
+    /// Returns whether it affects the cable at a position.
     pub fn has_place(self) -> bool {
         matches!(self, Kind::Cut | Kind::Short | Kind::Dominant)
     }
 
-    /// Whether it belongs to a node and not to a bus.
+    /// Returns whether it belongs to a node and not to a bus.
     pub fn is_of_node(self) -> bool {
         matches!(self, Kind::ResetMaster | Kind::ResetSlave | Kind::PowerMaster | Kind::PowerSlave)
     }

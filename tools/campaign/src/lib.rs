@@ -1,10 +1,11 @@
 //! `cargo campaign`: random faults against the redundancy of a spacecraft.
 //!
-//! Each run has a [`Script`] from the seed of the campaign and its own number: single faults and pairs of them, at random
-//! times, in a spacecraft of one master, or two, and some slaves. Half of the pairs have one cause, such as a jolt of a connector. After each run the same must hold, see [`judge`]. A script that
-//! violates something is made as simple as possible and printed; `--replay` flies it.
+//! Each run has a [`Script`] from the seed of the campaign and its own number: single faults and pairs of them, at
+//! random times, in a spacecraft of one master, or two, and some slaves. Half of the pairs have one cause, such as a
+//! jolt of a connector. After each run the same conditions must hold, see [`judge`]. A script with a violation is made
+//! as simple as possible and printed; `--replay` runs it.
 //!
-//! A campaign is cut into shards, so that it runs on many machines; equal shards give equal files (see
+//! A campaign is divided into shards that run on many machines; equal shards give equal files (see
 //! [`firmware_images::support::shard`]).
 
 #![forbid(unsafe_code)]
@@ -57,12 +58,12 @@ use script::Script;
 
 /// Name of the command.
 const COMMAND: &str = "campaign";
-/// Scripts that are tried until a fault takes effect, but for the last one.
+/// Attempts to find a script with an effective fault; the next one is run in any case.
 const MOST_ATTEMPTS: u64 = 9;
-/// Violations that are shrunk.
+/// Number of violations whose scripts are shrunk.
 const SHRUNK: usize = 5;
 
-/// Flies a script.
+/// Runs a script.
 pub fn fly(world: World, script: &Script) -> Outcome {
     match world {
         World::Host => flight::fly(script, || Host::new(script, None)),
@@ -70,8 +71,8 @@ pub fn fly(world: World, script: &Script) -> Outcome {
     }
 }
 
-/// A run of a campaign: random scripts until a fault of one takes effect, or something is violated. If the campaign asks for kinds of
-/// faults, there is one script only.
+/// Runs random scripts until a fault of one takes effect or there is a violation. If the campaign selects kinds of
+/// faults, there is only one script.
 pub fn fly_run(world: World, asked: &Asked, number: u64) -> (Script, Outcome) {
     let run = |attempt| {
         let script = match (&*asked.kinds, world) {
@@ -92,10 +93,10 @@ pub fn fly_run(world: World, asked: &Asked, number: u64) -> (Script, Outcome) {
     early.unwrap_or_else(|| run(MOST_ATTEMPTS))
 }
 
-/// Flies, merges or replays.
+/// Executes the command: runs, merges or replays.
 ///
 /// # Errors
-/// When a run violates something, or a file cannot be read or written.
+/// When a run has a violation, or a file cannot be read or written.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(Action::Merge { files }) = &options.action {
         let (run, parts) = shard::merged(COMMAND, files)?;
@@ -109,7 +110,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         if options.world == World::Twin {
             on_twin::prepare(masters, !options.no_build)?;
         }
-        // A panic of a node is a result of its run.
+        // A panic of a node is part of the result of its run.
         std::panic::set_hook(Box::new(|_| {}));
         anyhow::Ok(())
     };
@@ -150,7 +151,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
             kinds: options.kinds.clone(),
         },
     };
-    // In a row, so that each shard has all kinds, two faults in half of its runs, and related ones in a quarter.
+    // Consecutive runs, so that each shard has all kinds, two faults in half of its runs, and related ones in a
+    // quarter.
     let share = options.shard.share(options.runs);
     let mut results = campaign(&run.parameters, options.world, share, jobs, &stop);
     if stop.is_asked() {
@@ -171,7 +173,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     report(&part.run, &part.results)
 }
 
-/// Flies until a rule that is broken is found.
+/// Runs until a broken rule is detected.
 fn find_broken(rule: Rule, options: &Options) -> anyhow::Result<()> {
     let Some((run, script, outcome)) = broken::find(rule, options.seed, options.runs) else {
         bail!("{} runs did not find the broken rule", options.runs);
@@ -191,7 +193,7 @@ fn report(run: &Run<Asked>, results: &Results) -> anyhow::Result<()> {
     }
 }
 
-/// Flies a range of the runs on several threads.
+/// Executes a range of the runs on several threads.
 pub fn campaign(asked: &Asked, world: World, numbers: Range<u64>, jobs: usize, stop: &Stop) -> Results {
     let mut results = Results::empty();
     let next = AtomicU64::new(numbers.start);

@@ -23,10 +23,10 @@ const SET: u8 = 1;
 /// All slaves have parallel access.
 const PARALLEL: Profile = mission::STANDARD;
 const MIXED: Profile = Profile { selective: &[SELECTIVE], ..PARALLEL };
-/// As these, with slaves 2 to 4 assigned and configured by the master.
+/// As [`PARALLEL`], with slaves 2 to 4 assigned and configured by the master.
 const PARALLEL_ASSIGNED: Profile = assigned(PARALLEL);
 const MIXED_ASSIGNED: Profile = assigned(MIXED);
-/// All of these, with two master boards.
+/// All these profiles with two master boards.
 static PAIRS: [Profile; 4] = [pair(PARALLEL), pair(MIXED), pair(PARALLEL_ASSIGNED), pair(MIXED_ASSIGNED)];
 
 const _: Profile = pair(PARALLEL).checked();
@@ -50,13 +50,13 @@ const fn assigned(profile: Profile) -> Profile {
     }
 }
 
-/// From its making a command may wait for its bus as long as the profile allows, and for its bus task.
+/// Time that a command may wait in its bus task in addition to the lifetime of the profile.
 const SLACK: Time = Time::from_ms(5);
 
-/// From the last change of an error to the end of a run: all that a node reports is known by then.
+/// Time from the last change of an error to the end of a run, in which all reports of a node arrive.
 const LAST_ERROR: Time = Time::from_ms(5_000);
 
-/// The profile of a script.
+/// Returns the profile of a script.
 pub fn profile(script: &Script) -> &'static Profile {
     let one = match (script.selective, script.assigned) {
         (false, false) => &PARALLEL,
@@ -68,29 +68,29 @@ pub fn profile(script: &Script) -> &'static Profile {
     if script.masters == 1 { one } else { &PAIRS[nth] }
 }
 
-/// How long a rule may not hold after the last fault of a script.
+/// Returns how long rules may be violated after the last fault of a script.
 pub fn bounds(script: &Script) -> Bounds {
     let profile = profile(script);
     Bounds::new(&profile.redundancy(), profile.dwell, &profile.standby.unwrap_or(Profile::PAIR))
 }
 
-/// How long after its making a command may be executed.
+/// Returns how long after its creation a command may be executed.
 pub fn lifetime(script: &Script) -> Time {
     Time::from_us(profile(script).event.as_micros()) + SLACK
 }
 
-/// Whether the master of a script configures this slave.
+/// Returns whether the master of a script configures this slave.
 pub fn is_assigned(script: &Script, node: NodeId) -> bool {
     script.assigned && ASSIGNED.contains(&node)
 }
 
-/// Whether a slave has the value that the master writes.
+/// Returns whether a slave has the value that the master writes.
 pub fn is_configured(slave: &slave::Node) -> bool {
     slave.objects().communication.nmt.error_behaviour == [SET]
 }
 
-/// One master or two, each commands all slaves each period while it is active, and the slaves. `broken`: a rule that does
-/// not hold.
+/// Makes a world with one or two masters, each of which commands all slaves in each period while it is active, and the
+/// slaves. `broken`: a rule that is broken.
 pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
     let (notes, profile) = (Rc::<Notes>::default(), profile(script));
     let profile = broken.map_or(*profile, |rule| rule.profile(profile));
@@ -136,7 +136,7 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
 mod tests {
     use super::*;
 
-    /// Given a fault late in a run of any profile. Then the run goes on for as long as recovery may take.
+    /// Given a fault late in a run of any profile. Then the run continues for the longest recovery time.
     #[test]
     fn a_run_leaves_time_for_every_recovery() {
         for masters in [1, 2] {

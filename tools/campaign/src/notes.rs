@@ -1,4 +1,4 @@
-//! What the applications of a world note.
+//! Records of the applications of a world.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -8,37 +8,38 @@ use ecss_can::types::{Bus, Instant, NodeId};
 use host_worlds::NodeKey;
 use mission::COMMAND_PERIOD;
 
-/// Commands of one life of a master: their values begin at a multiple of it.
+/// Number of command values of one life of a master, which begin at a multiple of it.
 const LIFE: u32 = 1 << 16;
 
 /// A command that a slave executed.
 #[derive(Clone, Copy, Debug)]
 pub struct Execution {
-    /// When.
+    /// Instant of the execution.
     pub at: Time,
-    /// By whom.
+    /// Slave that executed it.
     pub node: NodeId,
-    /// Rises with every command to this slave, also over resets of a master. No two masters give the same one.
+    /// Value of the command. It rises with every command to this slave, also over resets of a master, and is different
+    /// for two masters.
     pub value: u32,
 }
 
-/// What the applications noted so far.
+/// Records of the applications so far.
 #[derive(Default)]
 pub struct Notes {
-    /// In the order of time.
+    /// Executed commands in chronological order.
     pub executions: RefCell<Vec<Execution>>,
-    /// Whether the error of a slave is there.
+    /// Whether the error of each slave is active.
     pub errors: RefCell<BTreeMap<NodeId, bool>>,
-    /// Where one of two masters became active, the next one first.
+    /// Buses on which one of two masters became active, the next one first.
     pub takeovers: RefCell<VecDeque<Bus>>,
-    /// Those of two masters that are active.
+    /// Masters that are active, of two.
     active: RefCell<BTreeSet<NodeKey>>,
-    /// Power-ons of the masters.
+    /// Master of each power-on, in order.
     lives: RefCell<Vec<NodeKey>>,
 }
 
 impl Notes {
-    /// Who made a command, and when by its clock; `None` in another life of it.
+    /// Returns the master that made a command, and when by its clock; `None` if it was in another life.
     pub fn made(&self, value: u32) -> Option<(NodeKey, Instant)> {
         let lives = self.lives.borrow();
         let index = life(value).checked_sub(1)? as usize;
@@ -47,7 +48,7 @@ impl Notes {
         is_this_life.then(|| (key, Instant::ZERO + COMMAND_PERIOD.times(value % LIFE)))
     }
 
-    /// One of two masters becomes active, or ceases to be.
+    /// Records that one of two masters becomes active or inactive.
     pub fn set_active(&self, key: NodeKey, is_active: bool) {
         let mut active = self.active.borrow_mut();
         if is_active {
@@ -57,12 +58,12 @@ impl Notes {
         };
     }
 
-    /// Whether this one of two masters is active.
+    /// Returns whether this one of two masters is active.
     pub fn is_active(&self, key: NodeKey) -> bool {
         self.active.borrow().contains(&key)
     }
 
-    /// A master begins another life. First value of its commands.
+    /// Begins another life of a master. Returns the first value of its commands.
     pub fn begin(&self, key: NodeKey) -> u32 {
         self.set_active(key, false);
         let mut lives = self.lives.borrow_mut();
@@ -71,7 +72,7 @@ impl Notes {
     }
 }
 
-/// Number of the life of a master that made a command, from 1.
+/// Returns the number of the master's life that made a command, from 1.
 pub fn life(value: u32) -> u32 {
     value / LIFE
 }

@@ -1,7 +1,7 @@
 //! The twin: the images that are flashed, on emulated boards.
 //!
-//! The log and the memory of a board show what happens on it. Two things of the host's world cannot be seen: when a command was
-//! made, and Bdefault of a slave.
+//! The log and the memory of a board show its events. In contrast to the host's world, the creation time of a command
+//! and Bdefault of a slave are not known.
 
 mod log;
 mod spacecraft;
@@ -31,7 +31,7 @@ pub struct Twin {
     frames: PerBus<Vec<Sent>>,
     clocks: Vec<Reading>,
     wrongs: Vec<String>,
-    /// Of each board.
+    /// Observed state of each board.
     boards: Vec<Watched>,
 }
 
@@ -55,7 +55,7 @@ impl Twin {
         }
     }
 
-    /// Who sits at an index of both wires; `None` for a foreign node.
+    /// Returns the node at an index of both wires; `None` for a foreign node.
     fn key(&self, index: usize) -> Option<NodeKey> {
         self.boards.get(index).map(|board| board.key)
     }
@@ -83,7 +83,7 @@ impl Twin {
         }
     }
 
-    /// The time of a slave at the last SYNC.
+    /// Reads the time of a slave at the last SYNC.
     fn read_clock(&mut self, sent: &Sent, frame: &WireFrame) {
         let Some(node) = sent.key.map(NodeKey::node) else { return };
         if let Some(scet) = clock(node, sent.id, frame.payload()) {
@@ -128,7 +128,7 @@ impl Scene for Twin {
     }
 
     fn run_until(&mut self, end: Time) {
-        // A board that reached for what is not there stays stopped, which is a violation.
+        // A board stopped by a refused access stays stopped, which is a violation.
         while self.spacecraft.run_until(end).is_err() {}
     }
 
@@ -219,7 +219,7 @@ fn standard(frame: &WireFrame) -> Option<u16> {
     }
 }
 
-/// The time in the first TPDO of a slave. What a controller sends while it babbles is not what the slave sent.
+/// Returns the time in the first TPDO of a slave. Frames of a babbling controller do not count.
 fn clock(node: NodeId, id: Option<u16>, payload: &[u8]) -> Option<Scet> {
     let is_telemetry = node != NodeId::MASTER && id == Some(0x180 + u16::from(node.get()));
     if is_telemetry && payload != BABBLED { Scet::decode(payload) } else { None }

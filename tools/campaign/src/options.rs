@@ -68,7 +68,7 @@ pub struct Options {
     pub(crate) replay: Option<PathBuf>,
 }
 
-/// What else can be done.
+/// Other actions of the command.
 #[derive(Subcommand, Debug)]
 pub(crate) enum Action {
     /// Join the results of all shards of a campaign and print them
@@ -89,7 +89,7 @@ pub enum World {
 }
 
 impl World {
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         match self {
             World::Host => "host",

@@ -1,4 +1,4 @@
-//! What became of a run.
+//! Result of a run.
 
 use can_wire::time::Time;
 use ecss_can::types::Bus;
@@ -7,26 +7,25 @@ use crate::kind::Kind;
 use crate::scene::{News, Scene, Seen, Sent};
 use crate::script::Script;
 
-/// How long after a fault a change of state is counted as its effect.
+/// Time after a fault in which a change of state counts as its effect.
 const REACTION: Time = Time::from_ms(1_000);
 
-/// What became of a run.
+/// Result of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// What must not happen and did.
+    /// Violated conditions.
     pub violations: Vec<String>,
-    /// For each fault of the script: whether it changed a frame or a state.
+    /// Whether each fault of the script changed a frame or a state.
     pub effective: Vec<bool>,
-    /// From a fault to the change of the bus by the master, microseconds.
+    /// Times from a fault to the change of the bus by the master, microseconds.
     pub detections: Vec<u64>,
 }
 
-/// Watches which faults change something.
+/// Determines which faults have an effect.
 ///
-/// A fault of a wire changes frames when more of them are destroyed or go unacknowledged there, or when fewer nodes receive
-/// them than the frame before it. A foreign node and a node that babbles change them by their own. A node that loses power or is
-/// reset has changed its state. Any other change of state counts within a second, as long as no other fault may have
-/// caused it.
+/// A fault of a wire has an effect if frames are destroyed or not acknowledged there, or if fewer nodes receive them
+/// than before. A foreign node and a babbling node have an effect by their own frames. A loss of power or a reset is
+/// itself an effect. Any other change of state within a second counts, if no other fault may have caused it.
 pub struct Effects {
     faults: Vec<Watched>,
 }
@@ -37,15 +36,15 @@ struct Watched {
     /// COB-ID that its node babbles.
     babbled: Option<u16>,
     at: Time,
-    /// Frames destroyed or not acknowledged, and frames completed, when it began.
+    /// Frames destroyed or not acknowledged, and frames completed, at its begin.
     before: (u64, usize),
-    /// When it ended.
+    /// End of the fault.
     end: Option<Time>,
     has_effect: bool,
 }
 
 impl Effects {
-    /// Of the faults of a script.
+    /// Makes the state for the faults of a script.
     pub fn new(script: &Script) -> Effects {
         let watched = |fault: &crate::script::Fault| Watched {
             kind: fault.kind,
@@ -59,7 +58,7 @@ impl Effects {
         Effects { faults: script.faults.iter().map(watched).collect() }
     }
 
-    /// A fault begins now.
+    /// Records the begin of a fault.
     pub fn begin(&mut self, index: usize, scene: &impl Scene, seen: &Seen) {
         let watched = &mut self.faults[index];
         watched.at = scene.now();
@@ -67,7 +66,7 @@ impl Effects {
         watched.has_effect = watched.kind.is_of_node();
     }
 
-    /// A fault ends now.
+    /// Records the end of a fault.
     pub fn end(&mut self, index: usize, scene: &impl Scene, seen: &Seen) {
         let watched = &mut self.faults[index];
         watched.end = Some(scene.now());
@@ -76,7 +75,7 @@ impl Effects {
         }
     }
 
-    /// At the end of the run.
+    /// Returns at the end of the run which faults had an effect.
     pub fn finish(mut self, scene: &impl Scene, seen: &Seen) -> Vec<bool> {
         let spans: Vec<(Time, Time)> = self
             .faults
@@ -99,7 +98,8 @@ impl Effects {
 }
 
 impl Watched {
-    /// A flip waits for its bit, and frames of a foreign node wait for the bus.
+    /// Returns whether the effect may be delayed: a flip waits for its bit, and frames of a foreign node wait for the
+    /// bus.
     fn lingers(&self) -> bool {
         self.kind.is_foreign() || self.kind == Kind::Flip
     }

@@ -1,4 +1,4 @@
-//! What faults leave of the network.
+//! Parts of the network that remain connected under faults.
 
 use can_wire::time::Time;
 use ecss_can::link::access::BusAccess;
@@ -8,19 +8,19 @@ use host_worlds::judge::{MASTERS, Master, Slave, View};
 use crate::kind::Kind;
 use crate::script::{Fault, SELECTIVE, SPARE, Script};
 
-/// Babble with a higher priority than this leaves no room for the network.
+/// Babble with a lower COB-ID than this blocks the network.
 const URGENT: u32 = 0x100;
-/// A fault may wait so long for a frame, and what it left in controllers is over so long after its end.
+/// Longest wait of a fault for its frame, and longest after-effect in controllers.
 const UNSURE_US: u64 = 300_000;
-/// A frame of a foreign node that sends them back to back, with what it makes others wait for.
+/// Duration of a frame of a foreign node that sends back to back, including the delay of others, in microseconds.
 const FOREIGN_FRAME_US: u64 = 300;
 
-/// Slaves at the end, with the buses that join them to the first master board and to the second one.
+/// Returns the slaves at the end, with the buses that join them to the first master board and to the second one.
 pub fn slaves(script: &Script) -> Vec<Slave> {
     slaves_with(script, &PerBus::from_fn(|bus| staying_on(script, bus)))
 }
 
-/// Whether at some time no bus served all slaves in reach of a master board.
+/// Returns whether at some time no bus reached all reachable slaves of a master board.
 pub fn was_split(script: &Script, master: usize) -> bool {
     script.faults.iter().any(|fault| {
         let slaves = slaves_with(script, &PerBus::from_fn(|bus| lasting_on(script, bus, fault.at)));
@@ -29,7 +29,7 @@ pub fn was_split(script: &Script, master: usize) -> bool {
     })
 }
 
-/// Slaves where these faults are on the buses. What a slave shows is left out.
+/// Returns the slaves with these faults on the buses, without observed state.
 fn slaves_with(script: &Script, here: &PerBus<Vec<Fault>>) -> Vec<Slave> {
     let is_off = |node| staying(script).any(|fault| fault.kind == Kind::PowerSlave && fault.node == node);
     let is_selective = |node| script.selective && node == SELECTIVE.get();
@@ -43,12 +43,12 @@ fn slaves_with(script: &Script, here: &PerBus<Vec<Fault>>) -> Vec<Slave> {
     (2..=script.slaves + 1).map(slave).collect()
 }
 
-/// Whether a bus joins both master boards at the end.
+/// Returns whether a bus joins both master boards at the end.
 pub fn joins_masters(script: &Script, bus: Bus) -> bool {
     is_joined(script, &staying_on(script, bus), 1, SPARE)
 }
 
-/// Whether a bus joins both master boards at an instant, beyond doubt.
+/// Returns whether a bus certainly joins both master boards at an instant.
 pub fn surely_joins_masters(script: &Script, bus: Bus, at: Time) -> bool {
     let at = at.as_us();
     let begun = |fault: &&Fault| {
@@ -64,7 +64,7 @@ pub fn surely_joins_masters(script: &Script, bus: Bus, at: Time) -> bool {
     begun.iter().all(is_clear) && is_joined(script, &begun, 1, SPARE)
 }
 
-/// When the answer of [`surely_joins_masters`] may change.
+/// Returns the instants at which the result of [`surely_joins_masters`] may change.
 pub fn changes(script: &Script) -> impl Iterator<Item = Time> {
     let of = |fault: &Fault| {
         let sure = fault.end().unwrap_or(fault.at) + load_us(fault) + UNSURE_US;
@@ -73,17 +73,17 @@ pub fn changes(script: &Script) -> impl Iterator<Item = Time> {
     script.faults.iter().flat_map(of)
 }
 
-/// How long frames of a foreign node go on that come back to back.
+/// Returns the duration of back-to-back frames of a foreign node, in microseconds.
 fn load_us(fault: &Fault) -> u64 {
     if fault.kind == Kind::ForeignLoad { u64::from(fault.times) * FOREIGN_FRAME_US } else { 0 }
 }
 
-/// Faults of the end of a run.
+/// Returns the faults that last to the end of a run.
 fn staying(script: &Script) -> impl Iterator<Item = Fault> {
     script.faults.iter().copied().filter(|fault| fault.kind.lasts() && fault.lasts.is_none())
 }
 
-/// Faults of a bus that last at an instant, microseconds.
+/// Returns the faults of a bus at an instant, in microseconds.
 fn lasting_on(script: &Script, bus: Bus, at: u64) -> Vec<Fault> {
     let is_there = |fault: &&Fault| {
         let is_over = fault.end().is_some_and(|end| end <= at);
@@ -92,12 +92,12 @@ fn lasting_on(script: &Script, bus: Bus, at: u64) -> Vec<Fault> {
     script.faults.iter().filter(is_there).copied().collect()
 }
 
-/// Those of a bus.
+/// Returns the faults of a bus that last to the end.
 fn staying_on(script: &Script, bus: Bus) -> Vec<Fault> {
     staying(script).filter(|fault| fault.bus == bus && !fault.kind.is_of_node()).collect()
 }
 
-/// Whether a bus joins two nodes where these faults are on it.
+/// Returns whether a bus with these faults joins two nodes.
 fn is_joined(script: &Script, here: &[Fault], one: u8, other: u8) -> bool {
     let (left, right) = (script.place(one), script.place(other));
     let is_blocked =
@@ -105,7 +105,7 @@ fn is_joined(script: &Script, here: &[Fault], one: u8, other: u8) -> bool {
     takes_part(here, one) && takes_part(here, other) && is_same_place(here, left, right) && !is_blocked
 }
 
-/// Whether the stub and the driver of a node work.
+/// Returns whether the stub and the driver of a node work.
 fn takes_part(here: &[Fault], node: u8) -> bool {
     let hinders = |fault: &&Fault| {
         matches!(fault.kind, Kind::Disconnect | Kind::Stuck | Kind::Babble | Kind::Drift)
@@ -114,7 +114,7 @@ fn takes_part(here: &[Fault], node: u8) -> bool {
     !here.iter().any(|fault| hinders(&fault))
 }
 
-/// Where a fault makes a piece of cable useless.
+/// Returns the position of a fault that blocks its piece of cable.
 fn blocks(script: &Script, fault: &Fault) -> Option<u32> {
     match fault.kind {
         Kind::Short | Kind::Dominant => Some(fault.place),
@@ -124,7 +124,7 @@ fn blocks(script: &Script, fault: &Fault) -> Option<u32> {
     }
 }
 
-/// Whether no cut lies between two places. What is at a cut belongs to the right piece.
+/// Returns whether there is no cut between two positions. A position at a cut belongs to the right piece.
 fn is_same_place(here: &[Fault], one: u32, other: u32) -> bool {
     let (left, right) = (one.min(other), one.max(other));
     !here.iter().any(|fault| fault.kind == Kind::Cut && (left + 1..=right).contains(&fault.place))
@@ -134,7 +134,7 @@ fn is_same_place(here: &[Fault], one: u32, other: u32) -> bool {
 mod tests {
     use super::*;
 
-    /// Slaves with power that a bus joins to a master board.
+    /// Returns the slaves with power that a bus joins to a master board.
     fn reached(script: &Script, master: usize, bus: Bus) -> Vec<u8> {
         let slaves = slaves(script).into_iter().zip(2..);
         slaves
@@ -178,7 +178,7 @@ mod tests {
         assert!(was("cut at=1 place=5\ndisconnect at=9 lasts=5 bus=redundant node=2"));
         assert!(!was("cut at=1 lasts=8 place=5\ndisconnect at=9 bus=redundant node=2"));
         assert!(!was("cut at=1 place=5\nreset-slave at=9 node=3"));
-        // Slave 3 is on no bus, and the redundant one, or each, serves all others.
+        // Slave 3 is on no bus, and the redundant bus, or each bus, reaches all others.
         assert!(!was("cut at=1 place=5\ndisconnect at=9 lasts=5 bus=redundant node=3"));
         assert!(!was("disconnect at=1 node=3\ndisconnect at=9 bus=redundant node=3"));
     }

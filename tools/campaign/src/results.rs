@@ -10,14 +10,14 @@ use crate::kind::Kind;
 use crate::outcome::Outcome;
 use crate::script::Script;
 
-/// Parameters of a campaign: they and the commit decide its results.
+/// Parameters of a campaign: they and the commit determine its results.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Asked {
     /// Seed of the scripts.
     pub seed: u64,
     /// Number of runs of all shards together.
     pub runs: u64,
-    /// Where they fly.
+    /// World in which they run.
     pub world: String,
     /// Masters in each run.
     pub masters: u8,
@@ -29,39 +29,39 @@ pub struct Asked {
 /// Results of some runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// Runs flown.
+    /// Number of runs.
     pub flown: u64,
-    /// Of them with two faults.
+    /// Runs with two faults.
     pub double: u64,
-    /// Of these those whose faults are related.
+    /// Runs with two related faults.
     pub related: u64,
-    /// Of all those in which no fault changed a frame or a state.
+    /// Runs in which no fault had an effect.
     pub idle: u64,
     /// Virtual time, microseconds.
     pub virtual_us: u64,
-    /// Of each kind: planned, and those that changed a frame or a state.
+    /// Number of faults of each kind: planned, and with an effect.
     pub kinds: BTreeMap<String, (u64, u64)>,
-    /// From a fault to the change of the bus by the master, microseconds, ascending.
+    /// Times from a fault to the change of the bus by the master, microseconds, ascending.
     pub detections: Vec<u64>,
-    /// Runs that violated something.
+    /// Runs with violations.
     pub violations: Vec<Violation>,
 }
 
-/// A run that violated something.
+/// A run with violations.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Violation {
     /// Number of the run.
     pub run: u64,
-    /// What was violated.
+    /// Violated conditions.
     pub reasons: Vec<String>,
-    /// The script as it was flown, then as simple as it could be made.
+    /// The script of the run.
     pub script: String,
-    /// Empty where it was not shrunk.
+    /// The simplest script found; empty if it was not shrunk.
     pub shrunk: String,
 }
 
 impl Results {
-    /// Of no run yet.
+    /// Makes results without runs.
     pub fn empty() -> Results {
         Results {
             flown: 0,
@@ -94,7 +94,7 @@ impl Results {
         }
     }
 
-    /// Puts what was added in another order into that of the runs: equal campaigns give equal files.
+    /// Sorts results by the number of the run, so that equal campaigns give equal files.
     pub fn sort(&mut self) {
         self.detections.sort_unstable();
         self.violations.sort_by_key(|violation| violation.run);
@@ -122,7 +122,7 @@ impl Results {
         self.violations.extend(part.violations);
     }
 
-    /// The results of this campaign for people.
+    /// Returns the results of this campaign as text.
     pub fn lines(&self, run: &Run<Asked>) -> Vec<String> {
         let mut lines = vec![format!("{:<16} {:>9} {:>12}", "fault", "planned", "took effect")];
         for (kind, (planned, effective)) in &self.kinds {

@@ -1,7 +1,7 @@
-//! Rules that can be broken on purpose, and the scripts that may meet them.
+//! Rules that can be broken on purpose, and the scripts that may show it.
 //!
-//! A rule is broken from outside: by a number of the profile, by frames that a node does not receive, or by the application. The nodes
-//! are those of every run.
+//! A rule is broken from outside: by a value of the profile, by frames that a node does not receive, or by the
+//! application. The code of the nodes is not changed.
 
 use std::rc::Rc;
 
@@ -14,7 +14,7 @@ use crate::kind::Kind;
 use crate::notes::Notes;
 use crate::script::Script;
 
-/// A dwell that is longer than any run.
+/// Value of `dwell` that is longer than any run.
 const LONG_DWELL: Duration = Duration::from_millis(3_600_000);
 
 /// A rule that can be broken.
@@ -33,12 +33,12 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// Returns the profile of the nodes where this rule does not hold.
+    /// Returns the profile that breaks this rule.
     pub(crate) fn profile(self, profile: &Profile) -> Profile {
         if self == Rule::DeadBus { Profile { dwell: LONG_DWELL, ..*profile } } else { *profile }
     }
 
-    /// Makes the nodes of a world miss the frames by which they keep this rule.
+    /// Suppresses the frames that the nodes of a world need for this rule.
     pub(crate) fn world(self, builder: Builder, script: &Script, notes: &Rc<Notes>) -> Builder {
         let masters = [NodeKey::MASTER, NodeKey::SECOND_MASTER].into_iter().take(script.masters.into());
         match self {
@@ -58,19 +58,19 @@ impl Rule {
         }
     }
 
-    /// Kinds of faults that may meet it.
+    /// Returns the kinds of faults that may show it.
     fn kinds(self) -> (Kind, Option<Kind>) {
         match self {
             Rule::DeadBus => (Kind::Cut, Some(Kind::ResetMaster)),
             Rule::Repeats => (Kind::Flip, None),
             Rule::OneNodeId => (Kind::Clash, None),
-            // Both boards are active only where the standby hears nothing on either bus.
+            // Both boards become active only if the standby receives nothing on either bus.
             Rule::OneMaster => (Kind::Short, Some(Kind::Short)),
             Rule::Claims => (Kind::Disconnect, None),
         }
     }
 
-    /// A random script that may meet it.
+    /// Returns a random script that may show it.
     pub fn script(self, campaign: u64, number: u64) -> Script {
         let (first, second) = self.kinds();
         let script = Script::of_kinds(campaign, number, first, second);

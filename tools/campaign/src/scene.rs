@@ -1,4 +1,4 @@
-//! What a campaign sees of a spacecraft and does to it, in every world alike.
+//! Interface of a campaign to a spacecraft, the same in every world.
 
 use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
@@ -9,47 +9,47 @@ use host_worlds::NodeKey;
 
 /// A spacecraft of a master, or two, and some slaves on two buses.
 pub trait Scene {
-    /// The present.
+    /// Returns the present.
     fn now(&self) -> Time;
 
-    /// Flies to `end`.
+    /// Runs to `end`.
     fn run_until(&mut self, end: Time);
 
-    /// Changes of nodes since the last call, in the order of time.
+    /// Takes the changes of nodes since the last call, in chronological order.
     fn take_news(&mut self) -> Vec<Noted>;
 
-    /// Frames that completed since the last call, on each bus in the order of time.
+    /// Takes the frames that completed since the last call, for each bus in chronological order.
     fn take_frames(&mut self) -> PerBus<Vec<Sent>>;
 
-    /// Clocks of slaves since the last call, in the order of time.
+    /// Takes the readings of slaves' clocks since the last call, in chronological order.
     fn take_clocks(&mut self) -> Vec<Reading>;
 
-    /// Violations since the last call that only this world sees: commands that slaves executed, panics.
+    /// Takes the violations since the last call that only this world detects: commands that slaves executed, panics.
     fn take_wrongs(&mut self) -> Vec<String>;
 
-    /// Slaves that do not have the configuration that the master gave them.
+    /// Returns the slaves without the configuration written by the master.
     fn unconfigured(&self) -> Vec<NodeId> {
         Vec::new()
     }
 
-    /// Errors of slaves with power that an active master does not know, or that it takes for active though they are over: the
-    /// slave, the master, and what is wrong.
+    /// Returns errors of slaves with power that an active master does not know, or that it considers active although
+    /// they have ended: the slave, the master, and the difference.
     fn unknown_errors(&self) -> Vec<(NodeId, NodeKey, String)> {
         Vec::new()
     }
 
-    /// Object 2000h of a slave with power; `None` where it cannot be seen.
+    /// Returns object 2000h of a slave with power; `None` if it is not known.
     fn parameters(&self, _node: NodeId) -> Option<Parameters> {
         None
     }
 
-    /// Frames of a bus so far that were destroyed or that nobody acknowledged.
+    /// Returns the number of frames of a bus that were destroyed or not acknowledged so far.
     fn disturbance(&self, bus: Bus) -> u64;
 
-    /// Whether the master, the first of two, sends or receives a frame on a bus.
+    /// Returns whether the master, the first of two, sends or receives a frame on a bus.
     fn is_busy(&self, bus: Bus) -> bool;
 
-    /// Whether a node has power.
+    /// Returns whether a node has power.
     fn is_powered(&self, key: NodeKey) -> bool;
 
     /// Switches the power of a node.
@@ -58,36 +58,36 @@ pub trait Scene {
     /// Resets the chip of a node.
     fn reset(&mut self, key: NodeKey);
 
-    /// Number of nodes, which have the lowest indices on both wires.
+    /// Returns the number of nodes, which have the lowest indices on both wires.
     fn nodes(&self) -> usize;
 
-    /// Index of a node on both wires.
+    /// Returns the index of a node on both wires.
     fn index(&self, key: NodeKey) -> usize;
 
-    /// Lets something go wrong on a bus now, or heals it.
+    /// Applies a fault to a bus now, or its end.
     fn strike(&mut self, bus: Bus, fault: Fault);
 
-    /// A foreign node sends a frame as soon as the bus lets it.
+    /// Makes a foreign node send a frame as soon as possible.
     fn inject(&mut self, bus: Bus, frame: WireFrame);
 }
 
 /// A change of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Noted {
-    /// When.
+    /// Instant of the change.
     pub at: Time,
-    /// On which node.
+    /// Node that changed.
     pub key: NodeKey,
-    /// What.
+    /// The change.
     pub news: News,
 }
 
-/// What changed.
+/// Change of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
-    /// Power came, or the chip was reset.
+    /// Power was switched on, or the chip was reset.
     PowerOn,
-    /// Power went.
+    /// Power was switched off.
     PowerOff,
     /// One of two masters became active on this bus, or the standby.
     Role(Option<Bus>),
@@ -95,16 +95,16 @@ pub enum News {
     Switched {
         /// The bus that it left.
         from: Bus,
-        /// The bus where it is now.
+        /// The new bus.
         to: Bus,
-        /// Why.
+        /// Cause of the change.
         cause: SwitchCause,
     },
-    /// A controller of a master is bus-off, and hears nothing, or is on its bus again.
+    /// A controller of a master became bus-off, or is on its bus again.
     Hearing {
         /// Its bus.
         bus: Bus,
-        /// Whether it hears.
+        /// Whether it is on its bus.
         is_on: bool,
     },
     /// NMT state of a slave.
@@ -113,7 +113,7 @@ pub enum News {
     ActiveBus(Bus),
     /// The clock of a slave was set.
     ClockSet,
-    /// A node heard its own Node-ID, the master its own heartbeat, from somebody else: EMCY 8150h.
+    /// A node received its own Node-ID, or the master its own heartbeat, from another node: EMCY 8150h.
     Collision,
     /// Another change of state.
     Other,
@@ -126,7 +126,7 @@ pub struct Sent {
     pub start: Time,
     /// End of EOF.
     pub end: Time,
-    /// Who sent it; `None` is a foreign node.
+    /// Node that sent it; `None` is a foreign node.
     pub key: Option<NodeKey>,
     /// Its 11-bit identifier; `None` for a 29-bit one.
     pub id: Option<u16>,
@@ -137,25 +137,25 @@ pub struct Sent {
 /// The clock of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reading {
-    /// When it was read.
+    /// Instant of the reading.
     pub at: Time,
-    /// Whose.
+    /// Slave of the clock.
     pub node: NodeId,
     /// The spacecraft time that it showed.
     pub scet: Scet,
 }
 
-/// All that was seen of a run so far.
+/// Observations of a run so far.
 #[derive(Default)]
 pub struct Seen {
-    /// Changes of nodes, in the order of time.
+    /// Changes of nodes, in chronological order.
     pub news: Vec<Noted>,
-    /// Frames of each bus, in the order of time.
+    /// Frames of each bus, in chronological order.
     pub frames: PerBus<Vec<Sent>>,
 }
 
 impl Seen {
-    /// Adds what is new.
+    /// Adds the new observations.
     pub fn read(&mut self, scene: &mut impl Scene) {
         self.news.extend(scene.take_news());
         let mut frames = scene.take_frames();

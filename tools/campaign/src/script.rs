@@ -1,4 +1,4 @@
-//! Scripts: what is to happen in a run, from a seed or from a file.
+//! Scripts: the faults of a run, from a seed or from a file.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -12,81 +12,81 @@ use crate::kind::Kind;
 mod text;
 
 const SECOND: u64 = 1_000_000;
-/// Faults begin after everybody is operational.
+/// Earliest begin of a fault: all nodes are operational. Microseconds.
 const FIRST_US: u64 = 3 * SECOND;
-/// The first fault begins before.
+/// Latest begin of the first fault, microseconds.
 const LAST_US: u64 = 20 * SECOND;
-/// The most that a fault lasts that ends.
+/// Longest duration of a fault that ends, microseconds.
 const LONGEST_US: u64 = 8 * SECOND;
-/// The same where the wire computes every bit meanwhile.
+/// Longest duration of a fault during which the wire computes every bit, microseconds.
 const LONGEST_SLOW_US: u64 = SECOND;
-/// What the last fault leaves for recovery: two dwells of a master that hears no slave, and what a search needs.
+/// Time for recovery after the last fault, microseconds: two dwells of a master that hears no slave, and a search.
 const RECOVERY_US: u64 = 30 * SECOND;
-/// The most that lies between two related faults.
+/// Longest time between two related faults, microseconds.
 const RELATED_US: u64 = SECOND;
-/// Shortest run.
+/// Shortest run, microseconds.
 const SHORTEST_US: u64 = 60 * SECOND;
-/// A node that few scripts have among their slaves.
+/// A Node-ID that few scripts have among their slaves.
 pub const NOBODY: u8 = 127;
 /// The second one of two master boards in a script. It is no Node-ID: both boards are node 1.
 pub const SPARE: u8 = 128;
 /// The slave that has selective access in some scripts.
 pub const SELECTIVE: NodeId = NodeId::of::<4>();
-/// Distance between neighbours on the cable, metres: node n sits at n times this.
+/// Distance between neighbours on the cable, metres: node n is at n times this.
 pub const SPACING: u32 = 2;
-/// Most that lies between a node and a fault beside it, metres.
+/// Greatest distance between a node and a fault beside it, metres.
 const BESIDE: u32 = SPACING / 2;
-/// Bits of a frame that a flip may strike, then those of EOF.
+/// Value of a flip from which on it inverts a bit of EOF; lower values are bits of the frame.
 pub const EOF: u32 = 60;
 const LAST_BIT_OF_EOF: u32 = EOF + 6;
 
-/// One fault. What a kind does not use is zero.
+/// One fault. Fields that its kind does not use are zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// When it begins, microseconds from power-on.
+    /// Begin, microseconds from power-on.
     pub at: u64,
-    /// How long it lasts, microseconds; `None`: for ever, or for no time where its kind does not last.
+    /// Duration, microseconds; `None`: for ever, or no duration if its kind does not last.
     pub lasts: Option<u64>,
-    /// What it does.
+    /// Kind of the fault.
     pub kind: Kind,
-    /// Where.
+    /// Bus of the fault.
     pub bus: Bus,
-    /// To which node; 0 is all of them, [`SPARE`] is the second master board.
+    /// Affected node; 0 is all nodes, [`SPARE`] is the second master board.
     pub node: u8,
     /// Metres from the left end of the cable; see [`Script::place`].
     pub place: u32,
     /// A number with a meaning of its kind: COB-ID, NMT command, state, ppm, bit, effect, exponent of a rate.
     pub value: u32,
-    /// How many frames a foreign node sends, or how many a flip lets pass on its bus before it strikes.
+    /// Number of frames that a foreign node sends, or that pass on the bus before a flip takes effect.
     pub times: u32,
-    /// Microseconds between two of them.
+    /// Microseconds between two frames.
     pub every: u64,
-    /// It waits up to 200 ms for a frame at the master and begins in the middle of it.
+    /// The fault waits up to 200 ms for a frame at the master and begins in the middle of it.
     pub in_frame: bool,
 }
 
 /// A run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Script {
-    /// Of clocks, power-on times and random bit errors.
+    /// Seed of clocks, power-on times and random bit errors.
     pub seed: u64,
-    /// Master boards: one, or two of which one is the standby.
+    /// Number of master boards: one, or two of which one is the standby.
     pub masters: u8,
-    /// Slaves: nodes 2, 3, and so on.
+    /// Number of slaves: nodes 2, 3, and so on.
     pub slaves: u8,
     /// [`SELECTIVE`] has selective access; all others have parallel access.
     pub selective: bool,
-    /// The master configures slaves 2 to 4; else it starts all slaves as they are.
+    /// The master configures slaves 2 to 4; otherwise it starts all slaves without configuration.
     pub assigned: bool,
     /// Length in microseconds.
     pub length: u64,
-    /// From the first to the last.
+    /// Faults in the order of their begin.
     pub faults: Vec<Fault>,
 }
 
 impl Script {
-    /// A script of run `number` of a campaign: one fault, or two in every second run. In every fourth run the two are related
-    /// ([`Script::is_related`]). `attempt`: from 0, another one each time.
+    /// Returns a script of run `number` of a campaign: one fault, or two in every second run. In every fourth run the
+    /// two are related ([`Script::is_related`]). `attempt`: from 0; each attempt gives another script.
     pub fn random(campaign: u64, number: u64, attempt: u64) -> Script {
         let seed = campaign.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(number);
         let mut rng = Rng::with_seed(seed.wrapping_add(attempt.wrapping_mul(0xD1B5_4A32_D192_ED03)));
@@ -97,7 +97,7 @@ impl Script {
         Script::of(&mut rng, slaves, number)
     }
 
-    /// Script `number` with faults of these kinds.
+    /// Returns script `number` with faults of these kinds.
     pub fn of_kinds(campaign: u64, number: u64, first: Kind, second: Option<Kind>) -> Script {
         let seed = campaign.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(number);
         let mut rng = Rng::with_seed(seed);
@@ -153,8 +153,8 @@ impl Script {
         script
     }
 
-    /// The first fault separates the master from all slaves for ever, and a foreign node resets these there to the end, or sends
-    /// the heartbeat of the master.
+    /// Makes the first fault separate the master from all slaves for ever, and a foreign node there reset these slaves,
+    /// or send the heartbeat of the master, until the end.
     fn foreign_node_on_a_dead_bus(&mut self, rng: &mut Rng) {
         let [first, second] = &mut self.faults[..] else { return };
         let separates = matches!(first.kind, Kind::Cut | Kind::Short | Kind::Disconnect);
@@ -173,9 +173,9 @@ impl Script {
         }
     }
 
-    /// The same script with a second master board at the other end of the cable. Half of what strikes the first one strikes that
-    /// one, in its share of the cases what strikes the cable does so beside it, and a master may lose its power for ever. Related
-    /// faults stay related.
+    /// Returns the same script with a second master board at the other end of the cable. Half of the faults of the
+    /// first board move to the second one, some faults of the cable move beside it, and a master may lose its power for
+    /// ever. Related faults remain related.
     #[must_use]
     pub fn with_standby(mut self) -> Script {
         let mut rng = Rng::with_seed(!self.seed);
@@ -220,7 +220,7 @@ impl Script {
         }
         for fault in &mut self.faults {
             if fault.kind.has_place() {
-                // The cable behind the first board is that before the second one.
+                // The cable behind the first board corresponds to that before the second one.
                 fault.place = first + second - fault.place;
             } else {
                 fault.node = SPARE;
@@ -228,14 +228,16 @@ impl Script {
         }
     }
 
-    /// Whether one cause explains both faults: they strike the same node, its stub or the cable beside it, within a second.
+    /// Returns whether both faults may have one cause: they affect the same node, its stub or the cable beside it,
+    /// within a second.
     pub fn is_related(&self) -> bool {
         let [first, second] = &self.faults[..] else { return false };
         let (Some(one), Some(other)) = (self.spot(first), self.spot(second)) else { return false };
         first.at.abs_diff(second.at) <= RELATED_US && one.abs_diff(other) <= BESIDE
     }
 
-    /// Where a fault strikes, metres from the left end of the cable; `None`: a whole bus, or somewhere by frames.
+    /// Returns the position of a fault, metres from the left end of the cable; `None`: a whole bus, or frames of a
+    /// foreign node.
     fn spot(&self, fault: &Fault) -> Option<u32> {
         if fault.kind.has_place() {
             return Some(fault.place);
@@ -244,21 +246,22 @@ impl Script {
         strikes_node.then(|| self.place(fault.node))
     }
 
-    /// Where a node sits, metres from the left end of the cable: the second master board behind the last slave.
+    /// Returns the position of a node, metres from the left end of the cable. The second master board is behind the
+    /// last slave.
     pub fn place(&self, node: u8) -> u32 {
         SPACING * u32::from(if node == SPARE { self.slaves + 2 } else { node })
     }
 
-    /// Checks that each fault does something.
+    /// Checks that each fault has an effect.
     ///
     /// # Errors
-    /// The first one that does not: why, and what is allowed.
+    /// The first fault without effect: the reason, and the allowed values.
     pub fn check(&self) -> Result<(), String> {
         let wrong = self.faults.iter().find_map(|fault| Some((fault, self.why_idle(fault)?)));
         wrong.map_or(Ok(()), |(fault, why)| Err(format!("`{fault}` does nothing: {why}")))
     }
 
-    /// Why a fault does nothing, if so.
+    /// Returns the reason why a fault has no effect, if so.
     fn why_idle(&self, fault: &Fault) -> Option<String> {
         let (first, last) =
             (self.place(1), self.place(if self.masters == 2 { SPARE } else { self.slaves + 1 }));
@@ -285,7 +288,8 @@ impl Script {
         (2..=self.slaves + 1).filter_map(NodeId::new)
     }
 
-    /// Length that leaves room for recovery. A foreign node that goes on for more than 16 s does so to the end.
+    /// Returns the length that leaves time for recovery. A foreign node that sends for more than 16 s continues to the
+    /// end.
     pub fn shortest_length(&self) -> u64 {
         let ends = self.faults.iter().map(|fault| fault.end().unwrap_or(fault.at));
         let endings = ends.zip(&self.faults).filter(|(_, fault)| !fault.is_endless()).map(|(end, _)| end);
@@ -294,7 +298,7 @@ impl Script {
 }
 
 impl Fault {
-    /// The board that it strikes; `None` is all of them.
+    /// Returns the affected board; `None` is all boards.
     pub fn key(&self) -> Option<NodeKey> {
         match self.node {
             SPARE => Some(NodeKey::SECOND_MASTER),
@@ -302,17 +306,17 @@ impl Fault {
         }
     }
 
-    /// Microseconds from its beginning to its end; `None`: for ever.
+    /// Returns the microseconds from its begin to its end; `None`: for ever.
     pub fn span(&self) -> Option<u64> {
         if self.kind.lasts() { self.lasts } else { Some(self.every * u64::from(self.times)) }
     }
 
-    /// When it is over; `None`: never.
+    /// Returns its end; `None`: never.
     pub fn end(&self) -> Option<u64> {
         self.span().map(|span| self.at + span)
     }
 
-    /// Whether what ends another fault ends this one as well: both are on the same bus, or of the same node.
+    /// Returns whether the end of another fault ends this one as well: both are on the same bus, or of the same node.
     pub fn is_ended_with(&self, other: &Fault) -> bool {
         let class = |kind: Kind| match kind {
             Kind::Dominant => Kind::Short,
@@ -322,13 +326,14 @@ impl Fault {
         is_alike && if self.kind.is_of_node() { self.node == other.node } else { self.bus == other.bus }
     }
 
-    /// A foreign node that goes on to the end of the run.
+    /// Returns whether it is a foreign node that sends to the end of the run.
     fn is_endless(&self) -> bool {
         self.kind.is_foreign() && self.span().is_some_and(|span| span > 2 * LONGEST_US)
     }
 }
 
-/// Two faults that have one cause, as a jolt of a connector has: see [`Script::is_related`]. `number` counts such scripts.
+/// Returns two faults with one cause, such as a jolt of a connector: see [`Script::is_related`]. `number` counts such
+/// scripts.
 fn related(rng: &mut Rng, slaves: u8, number: usize) -> [Fault; 2] {
     let local = Kind::local();
     let first = local[number % local.len()];
@@ -339,13 +344,13 @@ fn related(rng: &mut Rng, slaves: u8, number: usize) -> [Fault; 2] {
     };
     let other =
         if node == 1 { [Kind::ResetSlave, Kind::PowerSlave] } else { [Kind::ResetMaster, Kind::PowerMaster] };
-    // In half of the cases one of the wires and one of the node.
+    // In half of the cases one fault of the wires and one of the node.
     let is_mixed = rng.bool();
     let may_follow =
         |kind: &Kind| !other.contains(kind) && (!is_mixed || kind.is_of_node() != first.is_of_node());
     let seconds: Vec<Kind> = local.into_iter().filter(may_follow).collect();
     let second = seconds[rng.usize(..seconds.len())];
-    // At the same time, soon, or later: each in a third of the cases.
+    // At the same time, within 200 ms, or within a second: each in a third of the cases.
     let span = [1, RELATED_US / 5, RELATED_US][rng.usize(..3)];
     let mut strike = |kind, at| {
         let mut fault = fault(rng, kind, slaves, node..=node, at);
@@ -358,14 +363,14 @@ fn related(rng: &mut Rng, slaves: u8, number: usize) -> [Fault; 2] {
     [first, strike(second, first.at..first.at + span)]
 }
 
-/// A fault of this kind. One that strikes a node or a place strikes one of `nodes`, or the cable beside it.
+/// Returns a fault of this kind. A fault of a node or of the cable affects one of `nodes`, or the cable beside it.
 fn fault(rng: &mut Rng, kind: Kind, slaves: u8, nodes: RangeInclusive<u8>, at: Range<u64>) -> Fault {
     // Mostly on the bus that is in use.
     let bus = if rng.u8(0..5) == 0 && !kind.is_of_node() { Bus::Redundant } else { Bus::Nominal };
     let (from, to) = nodes.into_inner();
     let slave = rng.u8(from.max(2)..=to.max(2));
     let any = rng.u8(from..=to);
-    // From a millisecond to the longest, all magnitudes alike.
+    // From a millisecond to the longest, with a logarithmic distribution.
     let longest = if kind.is_slow() { LONGEST_SLOW_US } else { LONGEST_US };
     let lasts = (1_000.0 * (longest as f64 / 1_000.0).powf(rng.f64())) as u64;
     let stays = kind.may_stay() && rng.u8(0..3) == 0;
@@ -399,10 +404,10 @@ fn fault(rng: &mut Rng, kind: Kind, slaves: u8, nodes: RangeInclusive<u8>, at: R
         }
         Kind::Flip => {
             (fault.node, fault.value) = (if rng.bool() { 0 } else { any }, rng.u32(0..EOF));
-            // The sender repeats a frame that receivers have.
+            // In EOF, so that the sender repeats a frame that receivers have accepted.
             if rng.u8(0..3) == 0 {
                 (fault.node, fault.value) = (if rng.bool() { 1 } else { any }, LAST_BIT_OF_EOF);
-                // The first frame of a burst is SYNC, commands follow.
+                // The first frame of a burst is SYNC; commands follow.
                 fault.times = rng.u32(0..8);
             }
         }
@@ -427,7 +432,7 @@ fn fault(rng: &mut Rng, kind: Kind, slaves: u8, nodes: RangeInclusive<u8>, at: R
     fault
 }
 
-/// COB-ID that a node babbles: before all others, behind all others, or one that the node or another one uses.
+/// Returns the COB-ID that a node babbles: the highest or lowest priority, or one that the node or another one uses.
 fn babbled(rng: &mut Rng, node: u8) -> u32 {
     let own = u32::from(node);
     let of_slave = [0x010, 0x080 + own, 0x180 + own, 0x380 + own, 0x700 + own, 0x080, 0x181, 0x7F0];
@@ -453,7 +458,7 @@ mod tests {
             let pair = script.clone().with_standby();
             assert_eq!(pair.to_string().parse(), Ok(pair.clone()), "{pair}");
             assert_eq!(pair.masters, 2);
-            // Only what has a share of the second board differs.
+            // Only faults that moved to the second board differ.
             for (one, two) in script.faults.iter().zip(&pair.faults) {
                 let (node, place, lasts) = (one.node, one.place, one.lasts);
                 assert_eq!(*one, Fault { node, place, lasts, ..*two });
@@ -462,7 +467,7 @@ mod tests {
         }
     }
 
-    /// Given 20,000 runs, then each pair of kinds that may strike one node does so, in both orders, on the twin too.
+    /// Given 20,000 runs, then each pair of kinds that may affect one node occurs, in both orders, on the twin too.
     #[test]
     fn related_faults_come_in_every_pair_and_order() {
         type Draw = fn(u64, u64, u64) -> Script;
@@ -480,8 +485,8 @@ mod tests {
         }
     }
 
-    /// A slave loses its stub of the bus in use for ever, and is reset or loses its power: at the same time, and up to a second before
-    /// and after, with one master and with two.
+    /// Given random scripts, then in some a slave loses its stub of the bus in use for ever, and is reset or loses its
+    /// power: at the same time, and up to a second before and after, with one master and with two.
     #[test]
     fn related_faults_are_a_jolt_at_any_distance() {
         for standby in [false, true] {
@@ -507,7 +512,7 @@ mod tests {
         }
     }
 
-    /// Node n sits at 2 n metres.
+    /// Node n is at 2 n metres.
     #[test]
     fn faults_are_related_within_a_second_and_a_metre() {
         let is_related = |faults: &str| {
@@ -522,10 +527,10 @@ mod tests {
         assert!(is_related("cut at=5000000 place=7\npower-slave at=5000000 node=4"));
         assert!(is_related("short at=5000000 place=10\nreset-master at=5000000 node=128"));
         assert!(!is_related("cut at=5000000 place=5\npower-slave at=5000000 node=4"));
-        // They strike a whole bus.
+        // They affect a whole bus.
         assert!(!is_related("noise at=5000000 value=4\nreset-slave at=5000000 node=4"));
         assert!(!is_related("glitch at=5000000 lasts=9 node=0\ncut at=5000000 place=1"));
-        // No fault of the node itself.
+        // It is not a fault of the node itself.
         assert!(!is_related("foreign-nmt at=5000000 node=4 value=129\nreset-slave at=5000000 node=4"));
     }
 

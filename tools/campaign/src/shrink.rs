@@ -1,12 +1,13 @@
-//! Makes a script that violates something shorter and rounder, as long as it does.
+//! Simplifies a script with a violation as long as the violation remains.
 
 use crate::outcome::Outcome;
 use crate::script::{Fault, NOBODY, SPARE, Script};
 
-/// Flights at most.
+/// Greatest number of runs.
 const FLIGHTS: usize = 300;
 
-/// The simplest script found that still violates something. `can_fly`: whether there is a spacecraft for it. `fly` is how it is flown.
+/// Returns the simplest script found that still has a violation. `can_fly`: whether there is a spacecraft for a script.
+/// `fly` runs it.
 pub fn shrink(
     script: &Script,
     can_fly: impl Fn(&Script) -> bool,
@@ -26,7 +27,7 @@ pub fn shrink(
     }
 }
 
-/// Simpler scripts, the simplest first. None equals `script`.
+/// Returns simpler scripts, the simplest first. None equals `script`.
 fn candidates(script: &Script) -> Vec<Script> {
     let mut all = Vec::new();
     for index in 0..script.faults.len() {
@@ -61,7 +62,7 @@ fn candidates(script: &Script) -> Vec<Script> {
     all
 }
 
-/// The fault with rounder times, and with fewer frames.
+/// Returns the fault with rounder times, and with fewer frames.
 fn rounder(fault: &Fault) -> Vec<Fault> {
     let mut all = Vec::new();
     for unit in [1_000_000, 100_000, 10_000, 1_000] {
@@ -90,13 +91,13 @@ mod tests {
     use super::*;
     use crate::kind::Kind;
 
-    /// A spacecraft that fails whenever something is cut after 5 s.
+    /// A spacecraft that fails whenever a cut occurs after 5 s.
     fn fails(script: &Script) -> Outcome {
         let is_bad = script.faults.iter().any(|fault| fault.kind == Kind::Cut && fault.at > 5_000_000);
         Outcome { violations: if is_bad { vec!["cut".into()] } else { vec![] }, ..Outcome::default() }
     }
 
-    /// Given runs that fail whenever something is cut after 5 s, then a single cut at 6 s is left.
+    /// Given runs that fail whenever a cut occurs after 5 s, then the script is shrunk to a single cut at 6 s.
     #[test]
     fn script_ends_with_what_it_needs() {
         let script = "run seed=9 slaves=6 selective=1 length=70000000\nflip at=3123456 value=3\ncut at=5234567 lasts=777777 place=3\n";

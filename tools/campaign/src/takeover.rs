@@ -1,8 +1,9 @@
-//! A second master that becomes active beside the first one, at any phase of its heartbeats.
+//! A second master that becomes active in addition to the first one, at any phase of its heartbeats.
 //!
-//! Equal frames that begin together are one frame on the wire. With equal clocks two active masters could send all of theirs so, and
-//! never hear each other. Here the second board becomes active alone, without a wire, and is connected when its boot-up message
-//! goes out. The first board is disconnected while that message is on the wire.
+//! Equal frames that begin together are one frame on the wire. With equal clocks two active masters could send all
+//! frames like that, and never receive each other. In this scenario the second board becomes active alone, without a
+//! wire, and is connected when it sends its boot-up message. The first board is disconnected while that message is on
+//! the wire.
 
 use can_wire::fault::Fault;
 use can_wire::time::Time;
@@ -19,21 +20,21 @@ const PRIME: NodeKey = NodeKey::MASTER;
 const SECOND: NodeKey = NodeKey::SECOND_MASTER;
 const SLAVES: [NodeId; 2] = [NodeId::of::<2>(), NodeId::of::<3>()];
 
-/// The second board listens for a short time: it is to be active beside the first one.
+/// Time for which the second board listens: short, so that it becomes active in addition to the first one.
 const LISTENS: Duration = Duration::from_millis(20);
 const PAIR: Pair = Pair { second_listens: LISTENS, ..Profile::PAIR };
 const PROFILE: Profile = Profile { slaves: &[], settings: &[], standby: Some(PAIR), ..TWO_MASTERS };
 
 /// Heartbeat period.
 pub const PERIOD: Time = Time::from_ms(100);
-/// Everybody is operational.
+/// Begin of the scenario: all nodes are operational.
 const BEGIN: Time = Time::from_ms(1_500);
-/// The second board is on the bus so long before it becomes active. What it hears meanwhile may keep it from that.
+/// Time for which the second board is on the bus before it becomes active. Frames received meanwhile may prevent that.
 const BEFORE: Time = Time::from_us(10);
-/// A boot-up message at 125 kbit/s, and what is before it on the bus.
+/// Duration of a boot-up message at 125 kbit/s, including a frame before it on the bus.
 const BOOT_UP: Time = Time::from_ms(3);
 const GLANCE: Time = Time::from_us(5);
-/// Phases that are flown in one world: its log grows.
+/// Number of phases in one world, limited because its log grows.
 const ONE_WORLD: usize = 250;
 
 /// A pair of masters.
@@ -41,22 +42,23 @@ const ONE_WORLD: usize = 250;
 pub struct Case {
     /// Bit rate of both buses: 1000 or 125 kbit/s.
     pub kbit: u32,
-    /// The clock of the first master is fast by so many parts per million, all others are exact.
+    /// Error of the first master's clock in parts per million; positive: fast. All others are exact.
     pub ppm: i32,
 }
 
-/// What became of the phases of a case.
+/// Results of the phases of a case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sweep {
-    /// In so many both masters were active. In the others the second one heard the first one in time, and was its standby.
+    /// Number of phases in which both masters were active. In the others the second one heard the first one in time,
+    /// and became its standby.
     pub both_active: u64,
-    /// The longest time for which they were.
+    /// Longest time for which both were active.
     pub longest: Time,
-    /// In so many the first master was not the only active one three heartbeat periods later.
+    /// Number of phases in which the first master was not the only active one three heartbeat periods later.
     pub undecided: u64,
 }
 
-/// Flies these phases: microseconds after the beginning of a heartbeat of the first master.
+/// Runs these phases: microseconds after the beginning of a heartbeat of the first master.
 pub fn sweep(case: Case, phases_us: impl Iterator<Item = u64>) -> Sweep {
     let mut sweep = Sweep::default();
     let phases: Vec<Time> = phases_us.map(Time::from_us).collect();
@@ -77,7 +79,7 @@ pub fn sweep(case: Case, phases_us: impl Iterator<Item = u64>) -> Sweep {
     sweep
 }
 
-/// Two masters without applications, and slaves that are not assigned.
+/// Makes a world of two masters without applications, and slaves that are not assigned.
 fn world(Case { kbit, ppm }: Case) -> World {
     let profile =
         Box::leak(Box::new(PROFILE.at(if kbit == 125 { BitRate::KBIT_125 } else { BitRate::MBIT_1 })));
@@ -91,7 +93,7 @@ fn world(Case { kbit, ppm }: Case) -> World {
     all.kbit(kbit).drift(PRIME, ppm).powered_at(SECOND, Time::NEVER).build()
 }
 
-/// The second board becomes active at this phase. Returns when it was connected.
+/// Makes the second board active at this phase. Returns when it was connected.
 fn take_over(world: &mut World, phase: Time) -> Time {
     let mut heartbeats = world.frames(Bus::Nominal).iter().rev().filter(|sent| sent.key == Some(PRIME));
     let last = heartbeats.find(|sent| sent.id() == Some(0x701)).map_or(Time::ZERO, |sent| sent.start);
@@ -118,13 +120,13 @@ fn strike(world: &mut World, key: NodeKey, fault: fn(usize) -> Fault) {
     Bus::ALL.into_iter().for_each(|bus| world.strike(bus, fault(index)));
 }
 
-/// Whether the boot-up message of the second board has ended.
+/// Returns whether the boot-up message of the second board has ended.
 fn has_booted(world: &World, from: Time) -> bool {
     let mut recent = world.frames(Bus::Nominal).iter().rev().take_while(|sent| sent.end > from);
     recent.any(|sent| sent.key == Some(SECOND) && sent.id() == Some(0x701) && sent.frame.payload() == [0])
 }
 
-/// For how long both were active since then, if they were; until now, if they are.
+/// Returns how long both were active since then, if they were; until now, if they still are.
 fn both_active(world: &World, from: Time) -> Option<Time> {
     let log = world.log();
     let recent: Vec<(Time, Role)> = log

@@ -1,5 +1,5 @@
-//! Flies the demo without faults and reports how many instructions the emulated cores executed. `cargo xtask bench --only twin` counts
-//! the instructions of the host that it needs.
+//! Runs the demo without faults and reports how many instructions the emulated cores executed. `cargo xtask bench
+//! --only twin` counts the instructions of the host that it needs.
 //!
 //!     flight SECONDS MASTER.elf SLAVE.elf
 

@@ -5,16 +5,16 @@ use can_wire::time::Time;
 use super::phase::Span;
 use super::record::Node;
 
-/// A change that the observer noticed, for the narrator.
+/// A change detected by the observer, for the narrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// A node changed phase or bus.
     Now(Node, Span),
-    /// The first proof that a slave works again, and the time since the fault. After a cut it works on the other bus; after the
-    /// loss of the active master it works for the other one. In a flight of the shipped images the proof is a command due or
-    /// telemetry, else a heartbeat as operational.
+    /// The first proof that a slave works again, and the time since the fault. After a cut it works on the other bus;
+    /// after the loss of the active master it works for the other one. In a flight of the shipped images the proof is a
+    /// due command or telemetry, otherwise a heartbeat as operational.
     Recovered(Node, Since, Time),
-    /// A master board sends what another one sent before.
+    /// Another master board became active.
     TookOver(Takeover),
 }
 
@@ -28,7 +28,7 @@ pub enum Since {
 }
 
 impl Since {
-    /// The fault, for people.
+    /// Returns the name of the fault in texts.
     pub fn name(self) -> &'static str {
         match self {
             Since::Cut => "the cut",
@@ -51,7 +51,7 @@ pub struct Takeover {
 }
 
 impl Takeover {
-    /// Time in which no master was heard.
+    /// Returns the time without a message of a master.
     pub fn took(&self) -> Time {
         self.first.since(self.last)
     }

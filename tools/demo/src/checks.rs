@@ -23,7 +23,7 @@ pub struct Check {
     pub measured: String,
     /// Result of the comparison.
     pub result: CheckResult,
-    /// Why it failed, one sentence for each board that is to blame; empty when it held.
+    /// Reasons of a failure, one sentence for each affected board; empty when it held.
     #[serde(skip)]
     pub reasons: Vec<String>,
 }
@@ -34,7 +34,7 @@ pub enum CheckResult {
     /// The value is within the limit.
     #[serde(rename = "held")]
     Held,
-    /// It is not.
+    /// The value is outside the limit.
     #[serde(rename = "failed")]
     Failed,
     /// The flight was interrupted before it could be judged.
@@ -43,7 +43,7 @@ pub enum CheckResult {
 }
 
 impl CheckResult {
-    /// For people, and in `summary.json`.
+    /// Returns the name in texts and in `summary.json`.
     pub fn name(self) -> &'static str {
         match self {
             CheckResult::Held => "held",
@@ -65,7 +65,8 @@ impl Check {
         Check { name, limit: limit.to_string(), measured: measured.to_string(), result, reasons }
     }
 
-    /// A count over all boards that must be zero; `reason` has the words for a board that has some.
+    /// Makes a check of a count over all boards that must be zero. `reason` gives the sentence for a board with a
+    /// count.
     fn none(
         name: &'static str,
         flight: &Flight,
@@ -79,7 +80,7 @@ impl Check {
     }
 }
 
-/// All checks of a flight. An interrupted one is not judged by its end, and not by faults that it did not reach.
+/// Returns all checks of a flight. An interrupted flight is not judged by its end or by faults that it did not reach.
 pub fn checks(flight: &Flight) -> Vec<Check> {
     let mut of_the_end = vec![operational(flight), errors(flight)];
     of_the_end.extend(of_masters(flight));
@@ -89,11 +90,11 @@ pub fn checks(flight: &Flight) -> Vec<Check> {
             check.reasons.clear();
         }
     }
-    // First of all: it explains the others.
+    // First, because it may explain the others.
     [vec![bit_rates(flight)], of_the_end, damage(flight)].concat()
 }
 
-/// Bit rates of each bus: boards with several ones destroy the frames of each other.
+/// Checks the bit rates of each bus: boards with different rates destroy each other's frames.
 fn bit_rates(flight: &Flight) -> Check {
     let of = |bus: Bus| {
         let mut rates: BTreeMap<u32, Vec<String>> = BTreeMap::new();
@@ -114,7 +115,7 @@ fn bit_rates(flight: &Flight) -> Check {
     Check::new("bit rates on a bus", "1 at most", most.unwrap_or(0), reasons)
 }
 
-/// Slaves that are operational at the end. Minimal ones are wherever they are: those on the bus of the master.
+/// Checks that the slaves are operational at the end on the bus of the master; minimal ones on any bus.
 fn operational(flight: &Flight) -> Check {
     let master = flight.observer.active_master().unwrap_or(MASTER);
     let bus = flight.observer.nodes[&master].now().bus;
@@ -151,7 +152,7 @@ fn not_operational(flight: &Flight, node: Node, track: &Track) -> String {
     fault
 }
 
-/// Active errors that a board reported, and the master did not hear.
+/// Checks for active errors that a board reported and the master did not receive.
 fn errors(flight: &Flight) -> Check {
     let unheard = unheard(flight);
     let reasons = unheard.iter().map(|Unheard { node, code, source, at }| {
@@ -164,7 +165,7 @@ fn errors(flight: &Flight) -> Check {
     Check::new("active errors that the master does not know", 0, unheard.len(), reasons)
 }
 
-/// Checks of two master boards: one is active at a time, and the faults that the demo caused found one active.
+/// Returns the checks of two master boards: one is active at a time, and one was active at each fault of the demo.
 fn of_masters(flight: &Flight) -> Vec<Check> {
     let rivalry = flight.observer.rivalry().map(|rival| {
         let (at, rival, active) = (rival.first.as_secs_f64(), name(rival.to), name(rival.from));
@@ -197,7 +198,7 @@ fn of_masters(flight: &Flight) -> Vec<Check> {
     checks
 }
 
-/// Checks that even an early end of the flight does not excuse.
+/// Returns the checks that also apply to an interrupted flight.
 fn damage(flight: &Flight) -> Vec<Check> {
     let stops = Check::none(
         "boards that the twin had to stop",
@@ -236,7 +237,7 @@ fn damage(flight: &Flight) -> Vec<Check> {
     [stops, warnings, lockups, panics, resets].into_iter().chain(commands).chain([lost]).collect()
 }
 
-/// Commands executed by each slave, against those due.
+/// Checks the commands executed by each slave against the due ones.
 fn commands(flight: &Flight) -> Check {
     let of = |board: &BoardCount| {
         let track = flight.observer.nodes.get(&board.node).filter(|track| track.access.is_some())?;
@@ -286,7 +287,7 @@ mod tests {
         assert_row(&flight, "takeover", "another board", "master 2", CheckResult::Held);
     }
 
-    /// Given slaves that execute too many and too few commands, then the equal sums do not hide it.
+    /// Given slaves that execute too many and too few commands, then the check fails although the sums are equal.
     #[test]
     fn commands_are_compared_slave_by_slave() {
         let mut flight = sample::flight();

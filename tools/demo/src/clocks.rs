@@ -1,8 +1,8 @@
-//! The slaves' clocks against the master's: the edges of their pulses at the seconds of the spacecraft time.
+//! Compares the slaves' clocks with the master's by the edges of their pulses at the seconds of the spacecraft time.
 //!
-//! The truth is the twin's: it records when each edge appears at its pin. A slave is compared from the first spacecraft time that
-//! reaches it, as its clock is not set before. A reset of the slave or of a master sets a clock back: then it is compared from the
-//! first spacecraft time after the last reset.
+//! The reference is the twin, which records when each edge appears at its pin. A slave is compared from the first
+//! spacecraft time that reaches it, as its clock is not set before. A reset of the slave or of a master sets a clock
+//! back: then it is compared from the first spacecraft time after the last reset.
 
 use can_wire::time::Time;
 use twin::pulses::Errors;
@@ -13,20 +13,20 @@ use super::observer::Observer;
 use super::phase::Phase;
 use super::record::{MASTER, Node, Occurrence, SECOND_MASTER, Seen, frames, is_master};
 
-/// Of the shipped images.
+/// Period of the pulses of the shipped images.
 const PERIOD: Time = Time::from_ms(1000);
 
-/// A clock counts as settled this long after it was set.
+/// Time after which a clock counts as settled.
 pub const SETTLING: Time = Time::from_ms(20_000);
 
 /// The clock of a slave against that of the master.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clock {
-    /// Whose.
+    /// Slave of the clock.
     pub node: Node,
     /// First spacecraft time that it received as operational.
     pub set: Time,
-    /// One for each second from then on.
+    /// Errors of each second from then on.
     pub errors: Errors,
 }
 
@@ -40,14 +40,14 @@ impl Clock {
         Clock { node, set, errors: Errors::between(&since(master), &since(slave), PERIOD) }
     }
 
-    /// The settled part; `None` when the flight was too short for it.
+    /// Returns the settled part; `None` if the flight was too short for it.
     pub fn settled(&self) -> Option<Errors> {
         let settled = self.errors.within(self.set + SETTLING, Time(u64::MAX));
         (!settled.samples.is_empty()).then_some(settled)
     }
 }
 
-/// Collects pulses as the flight goes on.
+/// Collects pulses during the flight.
 #[derive(Debug, Default)]
 pub struct ClockWatch {
     /// Rising edges of each board, ns.
@@ -66,7 +66,7 @@ impl ClockWatch {
         }
     }
 
-    /// The clocks of the slaves that were set; `nodes` are those of the boards.
+    /// Returns the clocks of the slaves that were set; `nodes` are those of the boards.
     pub fn clocks(&self, nodes: &[Node], observer: &Observer, records: &[Occurrence]) -> Vec<Clock> {
         let pulses =
             |node| nodes.iter().zip(&self.pulses).find(|(of, _)| **of == node).map(|(_, pulses)| pulses);
@@ -85,19 +85,20 @@ impl ClockWatch {
     }
 }
 
-/// The pulses of one master, then those of the other one that took over: of two boards the one that lost its power is over first.
+/// Returns the pulses of one master, then those of the other one that took over. The board that lost its power ends
+/// first.
 fn followed(master: &[f64], second: &[f64]) -> Vec<f64> {
     let ends_first = |pulses: &[f64], others: &[f64]| pulses.last() < others.last();
     let (lost, other) = if ends_first(master, second) { (master, second) } else { (second, master) };
     if lost.is_empty() || second.is_empty() {
         return master.to_vec();
     }
-    // Half a period: a pulse of the same second is not a second one.
+    // Plus half a period, so that a pulse of the same second is not counted twice.
     let end = lost.last().copied().unwrap_or(f64::MIN) + PERIOD.as_secs_f64() * 5e8;
     lost.iter().chain(other.iter().filter(|pulse| **pulse > end)).copied().collect()
 }
 
-/// The last boot-up message of a board but its first one; time zero when there is none.
+/// Returns the last boot-up message of a board, except its first one; time zero if there is none.
 fn last_reset(board: Node, records: &[Occurrence]) -> Time {
     let is_own =
         |seen: &Seen| matches!(seen.meaning, Some(Meaning::BootUp { node }) if seen.board(node) == board);
@@ -105,7 +106,7 @@ fn last_reset(board: Node, records: &[Occurrence]) -> Time {
     boot_ups.skip(1).last().map_or(Time::ZERO, |(at, _)| at)
 }
 
-/// When an operational slave received the spacecraft time first, from `begin` on.
+/// Returns when an operational slave first received the spacecraft time, from `begin` on.
 fn first_time(node: Node, begin: Time, observer: &Observer, records: &[Occurrence]) -> Option<Time> {
     let spans = &observer.nodes.get(&node)?.spans;
     let is_operational = |at: Time| {
@@ -122,7 +123,8 @@ mod tests {
     use super::*;
     use crate::sample;
 
-    /// Given a slave whose pulses are anywhere until its clock is set at 2.5 s, Then they count from the master's pulse at 3 s on.
+    /// Given a slave whose pulses are arbitrary until its clock is set at 2.5 s, Then they count from the master's
+    /// pulse at 3 s on.
     #[test]
     fn pulses_count_from_the_first_time_received() {
         let master = [1e9, 2e9, 3e9, 4e9, 5e9];

@@ -1,8 +1,8 @@
-//! Emergencies in words: error codes (CiA 301 table 26) and bits of the error register (CiA 301 7.5.2.2).
+//! Emergencies as text: error codes (CiA 301 table 26) and bits of the error register (CiA 301 7.5.2.2).
 //!
 //! Written from the standard and not with the protocol crate, as [`super::meaning`].
 
-/// Codes with a meaning of their own.
+/// Codes with a specific meaning.
 const CODES: [(u16, &str); 21] = [
     (0x2100, "current, input side"),
     (0x2200, "current inside the device"),
@@ -57,7 +57,7 @@ const BITS: [&str; 8] = [
     "manufacturer",
 ];
 
-/// The meaning of an error code.
+/// Returns the meaning of an error code.
 pub fn meaning(code: u16) -> &'static str {
     let exact = || CODES.iter().find(|(own, _)| *own == code || *own == code & 0xFF00).map(|(_, text)| *text);
     let [class, _] = code.to_be_bytes();
@@ -65,7 +65,7 @@ pub fn meaning(code: u16) -> &'static str {
     exact().or_else(class).unwrap_or("unknown code")
 }
 
-/// The bits that are set in an error register.
+/// Returns the names of the bits that are set in an error register.
 pub fn register(register: u8) -> String {
     let names = BITS.iter().enumerate().filter(|(bit, _)| register >> bit & 1 == 1).map(|(_, name)| *name);
     let names: Vec<&str> = names.collect();

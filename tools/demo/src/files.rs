@@ -1,5 +1,5 @@
-//! What a flight leaves on disk, and the files of frames that `cargo twin` records: one of each bus for can-utils, and one of both for
-//! Wireshark.
+//! Files of a flight, and the files of frames that `cargo twin` records: one of each bus for can-utils, and one of both
+//! for Wireshark.
 
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind};
@@ -16,13 +16,13 @@ use super::record::Bus;
 use super::report;
 use super::summary::Summary;
 
-/// The files, for people.
+/// List of the files, for messages.
 pub const LIST: &str = "bus-nominal.log, bus-redundant.log, spacecraft.pcapng, report.html, timeline.svg, clocks.svg, summary.json";
 
-/// Removes those of an earlier flight, and nothing else.
+/// Removes the files of an earlier flight, and nothing else.
 ///
 /// # Errors
-/// When one is there and cannot be removed.
+/// When a file exists and cannot be removed.
 pub fn remove(out: &Path) -> anyhow::Result<()> {
     for path in LIST.split(", ").map(|name| out.join(name)) {
         match std::fs::remove_file(&path) {
@@ -71,7 +71,7 @@ pub struct FrameFiles {
 }
 
 impl FrameFiles {
-    /// Begins in a directory that exists. Earlier files are overwritten.
+    /// Creates the files in an existing directory. Earlier files are overwritten.
     ///
     /// # Errors
     /// When a file cannot be written.
@@ -84,7 +84,7 @@ impl FrameFiles {
         Ok(FrameFiles { buses: [bus(Bus::Nominal)?, bus(Bus::Redundant)?], both })
     }
 
-    /// Adds a frame of a bus, if it is one of the two.
+    /// Adds a frame, if its bus is one of the two.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -96,7 +96,7 @@ impl FrameFiles {
         Ok(())
     }
 
-    /// Ends them.
+    /// Completes the files.
     ///
     /// # Errors
     /// When the rest cannot be written.

@@ -22,21 +22,21 @@ pub struct Flight {
     pub plan: Plan,
     /// End of the flight: the first quiet moment after the planned end, or after the interruption.
     pub end: Time,
-    /// Why it ended before its planned end, if it did.
+    /// Reason of an end before the planned one.
     pub interrupted: Option<Interruption>,
     /// Time that the flight took on the computer, without building images.
     pub wall: Duration,
-    /// Everything that happened, in order of time.
+    /// All events in chronological order.
     pub records: Vec<Occurrence>,
     /// The lines of the narrator.
     pub story: Vec<Line>,
-    /// The observer, concluded.
+    /// The observer after the end of the flight.
     pub observer: Observer,
     /// Counters of the boards, master first.
     pub boards: Vec<BoardCount>,
-    /// Stamps of SYNC against the truth.
+    /// Errors of the stamps of SYNC.
     pub stamp_errors: StampErrors,
-    /// Clocks of the slaves against the master's, by Node-ID; without those that were never set.
+    /// Errors of the slaves' clocks against the master's, by Node-ID; without clocks that were never set.
     pub clocks: Vec<Clock>,
     /// Time that frames and error frames took on each bus, nominal first.
     pub busy: [Time; 2],
@@ -47,17 +47,17 @@ pub struct Flight {
 pub struct Heartbeats {
     /// Number of heartbeats that completed.
     pub count: u64,
-    /// Longest time without one: between two of them, or from the last one to the end of the flight while the node has power.
-    /// `None` without any, and with one of a node that has lost its power.
+    /// Longest time without a heartbeat: between two of them, or from the last one to the end of the flight while the
+    /// node has power. `None` without heartbeats, or with only one of a node that lost its power.
     pub longest_gap: Option<Time>,
 }
 
-/// Why a flight ended before its planned end.
+/// Reason why a flight ended before its planned end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interruption {
     /// Ctrl-C or SIGTERM.
     Asked,
-    /// What it prints cannot be written any more.
+    /// The output can no longer be written.
     Unread,
 }
 
@@ -70,21 +70,21 @@ pub struct BoardCount {
     pub instructions: u64,
     /// Cycles in which the emulated CPU was awake, since its first power-on.
     pub cycles_awake: u64,
-    /// Frames its controllers admitted and its node never handled.
+    /// Frames that its controllers admitted and its node did not handle.
     pub lost_frames: u64,
-    /// Transmissions given up: aborted in a mailbox.
+    /// Transmissions that were aborted in a mailbox.
     pub aborted_frames: u64,
     /// Lock-ups of the CPU.
     pub lockups: u64,
     /// Panics of the firmware.
     pub panics: u64,
-    /// Resets that the firmware asked for, and those by the watchdog.
+    /// Resets requested by the firmware, and resets by the watchdog.
     pub resets: u64,
-    /// Why the twin had to stop it: it reached for hardware that is not there.
+    /// Reason why the twin stopped it: an access to hardware that is not modelled.
     pub stopped: Option<String>,
     /// Bit rate of its controller on each bus, nominal first, kbit/s; `None` on a bus that it never took part in.
     pub bit_rates: [Option<u32>; 2],
-    /// What image and board do not agree on, such as the pins of a controller.
+    /// Mismatches of image and board, such as the pins of a controller.
     pub warnings: Vec<String>,
     /// Deepest stack since power-on, bytes.
     pub stack: u32,
@@ -95,19 +95,19 @@ pub struct BoardCount {
 }
 
 impl BoardCount {
-    /// A counter of the application, as text; a dash for an application that does not count.
+    /// Returns a counter of the application as text; a dash for an application without counters.
     pub fn counted(&self, which: impl Fn(&Counters) -> u32) -> String {
         self.counters.as_ref().map_or("-".into(), |counters| which(counters).to_string())
     }
 }
 
 impl Flight {
-    /// All frames, in order of completion.
+    /// Returns all frames, in order of completion.
     pub fn frames(&self) -> impl Iterator<Item = (Time, &Seen)> {
         frames(&self.records)
     }
 
-    /// All emergency messages, in order of completion.
+    /// Returns all emergency messages, in order of completion.
     pub fn emergencies(&self) -> impl Iterator<Item = (Time, &Seen)> {
         self.frames().filter(|(_, seen)| matches!(seen.meaning, Some(Meaning::Emergency { .. })))
     }
@@ -120,8 +120,8 @@ impl Flight {
         })
     }
 
-    /// Load of a bus over the whole flight, 0 to 1. The pieces of a cut bus are busy at the same time, and so are nodes with several bit
-    /// rates: their sum is cut off at 1.
+    /// Load of a bus over the whole flight, 0 to 1. The pieces of a cut bus are busy at the same time, and so are nodes
+    /// with different bit rates: their sum is limited to 1.
     pub fn load(&self, bus: Bus) -> f64 {
         (self.busy[bus as usize].as_secs_f64() / self.end.as_secs_f64().max(f64::MIN_POSITIVE)).min(1.0)
     }
@@ -177,7 +177,7 @@ impl Flight {
         self.observer.takeover()
     }
 
-    /// The faults that the demo caused, in order of time: the name of each in the pictures, and when it was.
+    /// Returns the faults that the demo caused, in chronological order: name in the pictures, and instant.
     pub fn faults(&self) -> Vec<(&'static str, Time)> {
         let fault = |record: &Occurrence| match record.what {
             FlightEvent::Reset(_) => Some(("reset", record.at)),
@@ -193,7 +193,7 @@ impl Flight {
         self.boards.iter().filter(|board| is_master(board.node)).count()
     }
 
-    /// First change of bus of the active master, not after it lost its power. A standby changes with it.
+    /// Returns the first change of bus of the active master before its loss of power. A standby changes with it.
     pub fn switch(&self) -> Option<Time> {
         let spans = &self.observer.nodes[&MASTER].spans;
         let switch = spans.windows(2).find(|pair| pair[0].bus != pair[1].bus).map(|pair| pair[1].from)?;

@@ -55,10 +55,10 @@ use summary::Summary;
 use twin::image::Image;
 use verdict::Outcome;
 
-/// Flies, narrates, records and judges.
+/// Runs, narrates, records and judges a flight.
 ///
 /// # Errors
-/// When an image cannot be read or built, a file cannot be written, or the flight was not a good one.
+/// When an image cannot be read or built, a file cannot be written, or the flight failed.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     options.check()?;
     let plan = Plan::new(options)?;
@@ -72,7 +72,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         has_counters(*node, image)?;
     }
     options.prepare_out()?;
-    // First of all: results of an earlier flight must not be taken for those of this one.
+    // First, so that results of an earlier flight are not mistaken for those of this one.
     files::remove(&options.out)?;
     options.add_shipped(&mut images)?;
     if plan.scope() == Scope::Protocol {
@@ -125,7 +125,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     }
 }
 
-/// Checks an image of the user's before a flight that ends with reading its counters.
+/// Checks that an image of the user's exports its counters, which are read at the end of the flight.
 fn has_counters(node: Node, image: &Image) -> Result<(), Misuse> {
     if Diagnostics::is_in(image) {
         return Ok(());

@@ -1,4 +1,4 @@
-//! A line of the story, and how a terminal shows it.
+//! A line of the story, and its format on a terminal.
 
 use can_wire::time::Time;
 use console::{Style, style};
@@ -10,7 +10,7 @@ use super::record::Bus;
 pub struct Line {
     /// Virtual time.
     pub at: Time,
-    /// Bus that the line is about, if it is about one.
+    /// Bus to which the line refers, if any.
     pub bus: Option<Bus>,
     /// Name of the board, for example "master" or "node 3"; empty for a line about all of them.
     pub who: String,
@@ -31,7 +31,7 @@ pub enum Topic {
     Emergency,
     /// A line that a firmware logged.
     Log,
-    /// Routine traffic: spacecraft time, sums.
+    /// Routine traffic: spacecraft time, summaries.
     Traffic,
 }
 
@@ -42,7 +42,7 @@ pub enum Tone {
     Plain,
     /// Dimmed: routine.
     Quiet,
-    /// A node works as it should.
+    /// A node works correctly.
     Good,
     /// Unusual.
     Warning,

@@ -1,10 +1,10 @@
 //! Whether a node is alive, judged by its own heartbeats.
 //!
-//! The *period* of a node is the median of its last gaps between two heartbeats. A node that sends none for three periods is
-//! silent. Nothing has to be known of its image.
+//! The *period* of a node is the median of its last gaps between two heartbeats. A node that sends none for three
+//! periods is silent. No knowledge of its image is needed.
 //!
-//! A node may also send a heartbeat at once when its state or its bus changes. So only a gap between two heartbeats with the same
-//! state on the same bus counts. A node without such a gap has no period and is not judged.
+//! A node may also send an immediate heartbeat when its state or its bus changes. So only a gap between two heartbeats
+//! with the same state on the same bus counts. A node without such a gap has no period and is not judged.
 
 use std::collections::VecDeque;
 
@@ -30,7 +30,7 @@ pub struct Liveness {
 }
 
 impl Liveness {
-    /// A heartbeat with this state ended on `bus`.
+    /// Handles the end of a heartbeat with this state on `bus`.
     pub fn on_heartbeat(&mut self, state: NmtState, bus: Bus, at: Time) {
         let (last, reported) = (self.last.replace(at), self.reported.replace((state, bus)));
         if let Some(last) = last.filter(|_| reported == self.reported) {
@@ -41,17 +41,17 @@ impl Liveness {
         }
     }
 
-    /// A boot-up message ended: the gap before it is no period.
+    /// Handles the end of a boot-up message: the gap before it does not count.
     pub fn on_boot_up(&mut self, at: Time) {
         (self.last, self.reported) = (Some(at), None);
     }
 
-    /// The node lost its power: its silence is no fault.
+    /// Handles a loss of power: silence is no fault then.
     pub fn on_power_off(&mut self) {
         self.last = None;
     }
 
-    /// When the node counts as silent if it sends nothing more; `None` while its period is not known.
+    /// Returns when the node counts as silent if it sends nothing more; `None` while its period is unknown.
     pub fn silent_at(&self) -> Option<Time> {
         let mut gaps: Vec<Time> = self.gaps.iter().copied().collect();
         gaps.sort_unstable();
@@ -94,7 +94,8 @@ mod tests {
         assert_eq!(off.silent_at(), None);
     }
 
-    /// Given heartbeats at once after boot-up, at a change of the state and at a change of the bus, then none of their gaps counts.
+    /// Given immediate heartbeats after boot-up, at a change of the state and at a change of the bus, then none of
+    /// their gaps counts.
     #[test]
     fn heartbeat_at_a_change_is_no_period() {
         let mut liveness = Liveness::default();

@@ -1,7 +1,7 @@
-//! Frames in the words of CANopen, decoded from identifiers alone.
+//! Meaning of frames in CANopen, decoded from identifiers only.
 //!
-//! Written from the standards and not with the protocol crate: an observer that shares code with the observed would
-//! share its mistakes.
+//! Written from the standards and without the protocol crate: an observer that shares code with the nodes would share
+//! their mistakes.
 
 use std::fmt;
 
@@ -17,7 +17,7 @@ const SPACECRAFT_TIME: u16 = 0x181;
 pub enum Scope {
     /// All of it: the images are the shipped ones, so commands and telemetry are known.
     Mission,
-    /// What CANopen and ECSS-E-ST-50-15C define; PDOs are counted, not read.
+    /// Messages defined by CANopen and ECSS-E-ST-50-15C; PDOs are counted, not decoded.
     Protocol,
 }
 
@@ -83,7 +83,7 @@ pub struct Scet {
 }
 
 impl Meaning {
-    /// The meaning of a frame, `None` when it has none on this spacecraft: foreign or malformed.
+    /// Returns the meaning of a frame; `None` if it has none on this spacecraft: foreign or malformed.
     pub fn decode(frame: &WireFrame, scope: Scope) -> Option<Meaning> {
         let WireId::Standard(id) = frame.id else { return None };
         if frame.remote {
@@ -157,7 +157,8 @@ impl Meaning {
     }
 }
 
-/// Whether a mission may give the identifier to a PDO: not restricted (CiA 301 7.3.5), not of SYNC, TIME or EMCY.
+/// Returns whether a mission may assign the identifier to a PDO: not restricted (CiA 301 7.3.5), not of SYNC, TIME or
+/// EMCY.
 fn is_free(id: u16) -> bool {
     matches!(id, 0x181..=0x580 | 0x600 | 0x680..=0x6DF | 0x700)
 }
@@ -205,7 +206,7 @@ impl fmt::Display for NmtCommand {
 }
 
 impl NmtState {
-    /// For people.
+    /// Returns the name in texts.
     pub fn name(self) -> &'static str {
         match self {
             NmtState::Stopped => "stopped",
@@ -284,7 +285,7 @@ mod tests {
         assert_eq!(scet.to_string(), "7.500000 s");
     }
 
-    /// Given frames of an unknown mission, then only what the standards fix has a meaning beyond "PDO".
+    /// Given frames of an unknown mission, then only messages defined by the standards have a meaning other than "PDO".
     #[test]
     fn frames_of_an_unknown_mission_are_pdos() {
         let decode = |id, data: &[u8]| Meaning::decode(&WireFrame::standard(id, data), Scope::Protocol);

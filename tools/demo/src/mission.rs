@@ -1,4 +1,4 @@
-//! The flight itself: the real images on the twin, watched from outside.
+//! The flight: the real images on the twin, observed from outside.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -26,15 +26,15 @@ use firmware_images::support::fleet::Images;
 /// Interval in which the watchers read the spacecraft.
 const STEP: Time = Time::from_ms(10);
 
-/// The flight goes on until both buses have been silent so long. A node handles a frame much faster, so no frame is
-/// between wire and node when the counters are read.
+/// Time for which both buses have to be silent at the end of the flight. A node handles a frame much faster, so no
+/// frame is between wire and node when the counters are read.
 const QUIET: Time = Time::from_ms(1);
 
 /// Longest wait for silent buses after the planned end.
 const PATIENCE: Time = Time::from_ms(1000);
 
-/// Flies a plan with an image for each of its boards. `watch` gets the time and what happened, a moment after it happened; it can break the flight off. Frames
-/// that are under way then are still dealt with, so that the counters fit together.
+/// Flies a plan with an image for each of its boards. `watch` gets the time and the events, a moment after they
+/// occurred, and can interrupt the flight. Frames in progress are completed then, so that the counters are consistent.
 ///
 /// # Errors
 /// When an image is missing, or does not export its counters.
@@ -51,7 +51,7 @@ pub trait Watch: FnMut(Time, &[Line]) -> ControlFlow<Interruption> {}
 
 impl<F: FnMut(Time, &[Line]) -> ControlFlow<Interruption>> Watch for F {}
 
-/// Every [`STEP`] up to `end`, and each fault.
+/// Returns every [`STEP`] up to `end`, and each fault.
 fn stops(end: Time, faults: [Option<Time>; 3]) -> impl Iterator<Item = Time> {
     let mut now = None::<Time>;
     std::iter::from_fn(move || {
@@ -115,7 +115,7 @@ impl Mission {
         ControlFlow::Continue(())
     }
 
-    /// Causes the faults that are planned for `now`. Which board is the active master is known by its heartbeat only.
+    /// Causes the faults that are planned for `now`. The active master is known only by its heartbeat.
     fn cause_faults(&mut self, now: Time) -> Vec<FlightEvent> {
         let Plan { standby_reset, cut, loss, .. } = self.plan;
         let active = self.observer.active_master();
@@ -136,7 +136,7 @@ impl Mission {
         caused
     }
 
-    /// Flies to `until`. A board that the twin had to stop stays behind; the verdict names it.
+    /// Runs to `until`. A board stopped by the twin stays behind; the verdict names it.
     fn advance(&mut self, until: Time, watch: &mut impl Watch) -> ControlFlow<Interruption> {
         let from = self.spacecraft.now();
         while self.spacecraft.run_until(until).is_err() {}
@@ -156,7 +156,7 @@ impl Mission {
         self.take(records, watch)
     }
 
-    /// Keeps the bit rates of the controllers that take part in a bus now.
+    /// Records the bit rates of the controllers that take part in a bus now.
     fn look_at_bit_rates(&mut self) {
         for (board, rates) in self.bit_rates.iter_mut().enumerate() {
             for (bus, rate) in Bus::ALL.into_iter().zip(rates) {
@@ -167,7 +167,7 @@ impl Mission {
         }
     }
 
-    /// Shows records to everybody who watches.
+    /// Passes records to all watchers.
     fn take(&mut self, records: Vec<Occurrence>, watch: &mut impl Watch) -> ControlFlow<Interruption> {
         let before = self.story.len();
         for record in records {
@@ -181,7 +181,7 @@ impl Mission {
         watch(self.spacecraft.now(), &self.story[before..])
     }
 
-    /// Goes on until the buses are quiet, whatever `watch` says.
+    /// Continues until the buses are quiet, also if `watch` interrupts.
     fn settle(&mut self, watch: &mut impl Watch) {
         let deadline = self.spacecraft.now() + PATIENCE;
         let quiet = |mission: &Mission| mission.spacecraft.now() >= mission.last_frame + QUIET;
@@ -256,7 +256,7 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
         node,
         instructions: counters.instructions,
         cycles_awake: counters.cycles_awake,
-        // A board without power does not handle what its controllers received: this is no loss.
+        // Frames received by a board that then lost its power do not count as lost.
         lost_frames: if board.is_powered() { diagnostics.lost_frames(board) } else { 0 },
         aborted_frames: controllers.iter().map(|stats| stats.aborted).sum(),
         lockups: counters.lockups,

@@ -1,4 +1,4 @@
-//! Narrates a flight for people, line by line: what changed, not every frame.
+//! Narrates a flight line by line: changes, not every frame.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -39,11 +39,11 @@ pub struct Narrator {
     master_bus: Option<Bus>,
     /// Boards whose claims were seen, and on which bus.
     claims: BTreeSet<(Node, Bus)>,
-    /// The last fault, and when the demo caused it.
+    /// The last fault of the demo, and its instant.
     fault: Option<(Since, Time)>,
 }
 
-/// A node's name in the story.
+/// Returns a node's name in the story.
 pub fn name(node: Node) -> String {
     match node {
         MASTER => "master".into(),
@@ -53,7 +53,7 @@ pub fn name(node: Node) -> String {
 }
 
 impl Narrator {
-    /// Narrator of a flight that begins.
+    /// Makes the narrator at the begin of a flight.
     pub fn new(plan: &Plan) -> Self {
         Narrator {
             plan: plan.clone(),
@@ -66,7 +66,7 @@ impl Narrator {
         }
     }
 
-    /// The lines for one record and what the observer made of it.
+    /// Returns the lines for one record and the observer's changes.
     pub fn narrate(&mut self, record: &Occurrence, changes: &[Change]) -> Vec<Line> {
         let mut lines = Vec::new();
         if record.at >= self.next_summary {
@@ -163,7 +163,7 @@ impl Narrator {
         let counts = match self.plan.scope() {
             Scope::Mission => {
                 let Traffic { commands, requests, replies, latest, .. } = traffic;
-                // Another request each time, so that every kind of telemetry appears.
+                // A different request each time, so that every kind of telemetry appears.
                 let (&code, &(node, value)) = latest.iter().nth(self.summaries % latest.len().max(1))?;
                 self.summaries += 1;
                 format!(
@@ -190,7 +190,7 @@ impl Narrator {
     fn on_change(&self, now: Time, change: &Change) -> Option<Line> {
         match *change {
             Change::Now(_, span) if matches!(span.phase, Phase::Off | Phase::Starting) => None,
-            // The master's own state and bus show in its messages.
+            // The state and bus of the master are shown by its messages.
             Change::Now(node, span) if is_master(node) => (span.phase == Phase::Standby).then(|| {
                 let text =
                     format!("standby on the {} bus: silent, the other master is active", span.bus.name());
@@ -240,12 +240,12 @@ impl Traffic {
     }
 }
 
-/// A span for people.
+/// Formats a time span.
 pub fn milliseconds(span: Time) -> String {
     format!("{:.1} ms", span.as_secs_f64() * 1e3)
 }
 
-/// A line about a fault that the demo causes.
+/// Makes a line about a fault of the demo.
 fn fault(at: Time, bus: Option<Bus>, text: &str) -> Line {
     let text = format!("===== {text} =====");
     Line { at, bus, who: String::new(), text, tone: Tone::Bad, topic: Topic::Event }
@@ -263,7 +263,7 @@ mod tests {
     use crate::record::Nodes;
     use crate::sample;
 
-    /// Narrates a frame of the master; each line has its board in front.
+    /// Narrates a frame of the master. Each line begins with its board.
     fn on(narrator: &mut Narrator, ms: u64, bus: Bus, id: u16, data: &[u8]) -> Vec<String> {
         texts(narrator, &sample::frame(ms, bus, MASTER, id, data, &[]))
     }
@@ -335,7 +335,7 @@ mod tests {
         }
     }
 
-    /// Given a cut and then the loss of the master, then each time is measured from its own fault.
+    /// Given a cut and then the loss of the master, then each recovery time is measured from its own fault.
     #[test]
     fn times_name_the_fault_that_they_are_measured_from() {
         let mut narrator = Narrator::new(&sample::plan());

@@ -1,19 +1,21 @@
-//! Model of the states that the slaves must have, judged from the wires alone.
+//! Model of the states that the slaves must have, derived from the wires only.
 //!
-//! A model per slave follows the frames that reached its controllers and the heartbeats it sent. In a flight of the shipped
-//! images it decides which commands were due (`tc_due`) without asking the firmware; the firmware's own count must then agree.
+//! A model per slave follows the frames that reached its controllers and the heartbeats it sent. In a flight of the
+//! shipped images it decides which commands were due (`tc_due`) independently of the firmware; the firmware's own count
+//! must agree.
 //!
 //! - NMT start received on a bus: operational on it. Other NMT commands: not operational.
-//! - Its own heartbeat shows state and bus. Within `SETTLING` of a message from the master that changed either, it does not
-//!   count: it may have waited in a mailbox since before.
-//! - Parallel access: any message of the master (NMT, heartbeat, boot-up) on the other bus moves it there
-//!   (ECSS 8.3.3g). Selective access: it hears one bus and says itself when it has changed.
+//! - Its own heartbeat shows state and bus. Within `SETTLING` after a message of the master that changed either, it is
+//!   ignored, because it may have waited in a mailbox.
+//! - Parallel access: any message of the master (NMT, heartbeat, boot-up) on the other bus moves it there (ECSS
+//!   8.3.3g). Selective access: it receives on one bus; its own frames show when it has changed.
 //! - The master silent for the consumer time, a boot-up, a reset, no power: not operational.
 //! - A master board is active from its first 701h on. It is a standby while another board sends 701h. A reset board is neither until
 //!   the next 701h.
-//! - A minimal slave (ECSS 9): operational from its first heartbeat on. Of the master it hears heartbeats, and no NMT.
-//! - An image of the user's: neither its access nor its consumer time is known. Its own heartbeats alone show its bus, and that it is
-//!   alive ([`super::liveness`]). At the end of a flight the latter holds for every slave.
+//! - A minimal slave (ECSS 9): operational from its first heartbeat on. It follows heartbeats of the master, and
+//!   ignores NMT.
+//! - An image of the user's: its access and its consumer time are unknown. Only its own heartbeats show its bus, and
+//!   that it is alive ([`super::liveness`]). At the end of a flight the latter holds for every slave.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +36,7 @@ pub struct Observer {
     cut: Option<(Bus, Time)>,
     /// Time at which the active one of two masters lost its power.
     lost: Option<Time>,
-    /// The board that sent the last message of a master, and when.
+    /// Board that sent the last message of a master, and its instant.
     active: Option<(Node, Time)>,
     /// Each time that another board sent 701h, oldest first.
     takeovers: Vec<Takeover>,
@@ -43,7 +45,7 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// For the boards of a plan, all without power.
+    /// Makes the observer of the boards of a plan, all without power.
     pub fn new(plan: &Plan) -> Self {
         let of = |node| plan.boards.iter().find(|board| board.node == node);
         let slave = |(node, access)| {
@@ -59,7 +61,7 @@ impl Observer {
         Observer { nodes, cut, lost, active, takeovers, consumer_time, scope }
     }
 
-    /// The master board that was heard last.
+    /// Returns the master board with the last message.
     pub fn active_master(&self) -> Option<Node> {
         self.active.map(|(node, _)| node)
     }
@@ -81,7 +83,7 @@ impl Observer {
         self.nodes.iter().filter(|(node, _)| !is_master(**node)).map(|(node, track)| (*node, track))
     }
 
-    /// Takes the next record; records come in order of time.
+    /// Handles the next record, in chronological order.
     pub fn on(&mut self, record: &Occurrence) -> Vec<Change> {
         let mut changes = Vec::new();
         self.expire(record.at, &mut changes);
@@ -106,7 +108,7 @@ impl Observer {
         changes
     }
 
-    /// The flight ended at `end`.
+    /// Handles the end of the flight at `end`.
     pub fn conclude(&mut self, end: Time) -> Vec<Change> {
         let mut changes = Vec::new();
         self.expire(end, &mut changes);
@@ -185,7 +187,7 @@ impl Observer {
         }
     }
 
-    /// A message that makes its bus the active one (ECSS 8.3.3g) for every slave whose controller received it.
+    /// Handles a message that makes its bus active (ECSS 8.3.3g) for every slave whose controller received it.
     fn on_master(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
         let is_nmt = matches!(seen.meaning, Some(Meaning::Nmt { .. }));
         for (&slave, track) in &mut self.nodes {
@@ -206,7 +208,7 @@ impl Observer {
         }
     }
 
-    /// 701h: who sends it is the active master, another one with power its standby.
+    /// Handles 701h: its sender is the active master, another master with power is the standby.
     fn on_master_board(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
         let before = self.active.replace((seen.from, at));
         if let Some((from, last)) = before.filter(|(from, _)| *from != seen.from) {

@@ -1,4 +1,4 @@
-//! The command line of the demo: defaults, ranges and the complaints about wrong values.
+//! The command line of the demo: defaults, ranges and error messages.
 
 use std::collections::BTreeSet;
 use std::ops::{Range, RangeInclusive};
@@ -116,7 +116,7 @@ pub fn seconds_within(text: &str, range: &RangeInclusive<f64>) -> Result<f64, St
 }
 
 impl Default for Options {
-    /// What the command line without options means.
+    /// Returns the options of a command line without options.
     fn default() -> Self {
         let command = Options::augment_args(clap::Command::new("demo"));
         Options::from_arg_matches(&command.get_matches_from(["demo"])).expect("every option has a default")
@@ -124,7 +124,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Checks what the parser cannot see of boards and images.
+    /// Checks conditions between options of boards and images.
     ///
     /// # Errors
     /// When no slave of the whole protocol is left, straps cannot number all slaves, or two images are given for one node.
@@ -180,10 +180,10 @@ impl Options {
         first..first + self.minimal
     }
 
-    /// Builds what the user has not given.
+    /// Builds the images that the user has not given.
     ///
     /// # Errors
-    /// When an image cannot be built or read, or was not built before and is not to be.
+    /// When an image cannot be built or read, or with `--no-build` was not built before.
     pub fn add_shipped(&self, images: &mut Images) -> anyhow::Result<()> {
         let one_controller = self.one_controller_nodes();
         self.fleet.add_minimal(&(&self.minimal_nodes() - &one_controller), "", images)?;
@@ -191,10 +191,11 @@ impl Options {
         self.fleet.add_shipped(&self.nodes(), images)
     }
 
-    /// Second of the cut, with two masters that of the loss of the active one; `None` for a run without faults.
+    /// Returns the second of the cut, or with two masters that of the loss of the active one; `None` for a run without
+    /// faults.
     ///
     /// # Errors
-    /// When the cut lies after the end of the run.
+    /// When the cut is after the end of the run.
     pub fn cut_second(&self) -> Result<Option<f64>, Misuse> {
         match self.cut_at {
             None => Ok(Some(self.seconds / 2.0)),
@@ -209,7 +210,7 @@ impl Options {
         }
     }
 
-    /// Makes sure that files can be written to `--out`, before anything long begins.
+    /// Checks that files can be written to `--out`, before long work begins.
     ///
     /// # Errors
     /// When the directory cannot be made or written to.

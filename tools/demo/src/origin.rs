@@ -16,10 +16,10 @@ use firmware_images::support::project;
 /// Value of a commit that is not known: the project is not under git.
 pub const UNKNOWN: &str = "unknown";
 
-/// Origin of a flight, as `summary.json` has it.
+/// Origin of a flight, as in `summary.json`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Origin {
-    /// When it was flown, in UTC: `2026-11-26T07:30:00Z`.
+    /// Date of the flight, in UTC: `2026-11-26T07:30:00Z`.
     pub date: String,
     /// Commit of the working tree, 40 hexadecimal digits, or [`UNKNOWN`].
     pub commit: String,
@@ -29,7 +29,7 @@ pub struct Origin {
     pub images: BTreeMap<Node, ImageFile>,
 }
 
-/// An image that was flown.
+/// An image of the flight.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct ImageFile {
     /// Name of its file.

@@ -11,7 +11,7 @@ use super::record::Bus;
 use super::summary::{MissionCounts, Summary};
 use super::track::Track;
 
-/// All boards in a table, the totals below.
+/// Returns a table of all boards with the totals below.
 pub fn text(flight: &Flight, summary: &Summary) -> String {
     let table = table(flight);
     let traffic = summary.mission.as_ref().map_or(UNKNOWN_IMAGES.to_owned() + "\n", mission_totals);
@@ -38,7 +38,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
     )
 }
 
-/// Notice of what a flight with images of the user's leaves out.
+/// Notice of omissions in a flight with images of the user's.
 pub const UNKNOWN_IMAGES: &str =
     "images of your own: their commands and telemetry are recorded, but neither read nor judged";
 
@@ -73,8 +73,8 @@ fn table(flight: &Flight) -> String {
     aligned(&std::iter::once(head.map(String::from)).chain(rows).collect::<Vec<_>>(), 3)
 }
 
-/// Cells of a board that depend on what is known of the images: its access, and commands due and executed. With images of the user's its
-/// image, and heartbeats with their longest gap, as `span` writes it.
+/// Returns the cells of a board that depend on the images. Shipped images: its access, and commands due and executed.
+/// Images of the user's: its image, and heartbeats with their longest gap, formatted by `span`.
 pub fn cells(
     flight: &Flight,
     plan: &BoardPlan,
@@ -106,7 +106,8 @@ fn fail_over_title(flight: &Flight) -> &'static str {
     if flight.masters() > 1 { "fail-over / takeover" } else { "fail-over" }
 }
 
-/// Time from the cut; in a flight of two masters also that from the loss of the active one. Empty for a master.
+/// Returns the time from the cut; in a flight of two masters also that from the loss of the active one. Empty for a
+/// master.
 fn fail_over(flight: &Flight, track: &Track) -> String {
     let text = |time: Option<Time>| time.map_or("-".into(), milliseconds);
     match (track.access, flight.masters()) {
@@ -126,7 +127,7 @@ fn stamps(flight: &Flight, summary: &Summary) -> String {
     }
 }
 
-/// The slaves whose clocks have no error in the summary, a line for each: why.
+/// Returns a line with the reason for each slave whose clock has no error in the summary.
 fn unjudged_clocks(flight: &Flight) -> String {
     let mut text = String::new();
     for (node, _) in flight.observer.slaves() {
@@ -147,7 +148,7 @@ fn unjudged_clocks(flight: &Flight) -> String {
     text
 }
 
-/// Columns of equal width, the first `left` aligned to the left, the others (numbers) to the right.
+/// Formats columns of equal width, the first `left` aligned to the left, the others (numbers) to the right.
 fn aligned<const N: usize>(rows: &[[String; N]], left: usize) -> String {
     let widths: [usize; N] =
         std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));

@@ -1,4 +1,4 @@
-//! Values of PDOs by the names of their objects, as the data sheets of the boards have them.
+//! Values of PDOs with the names of their objects in the data sheets of the boards.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
@@ -24,11 +24,11 @@ const OF_SLAVE: &str = include_str!("../../../docs/eds/slave.eds");
 const OF_MINIMAL: &str = include_str!("../../../docs/eds/minimal.eds");
 const OF_MINIMAL_LIBRECUBE: &str = include_str!("../../../docs/eds/minimal-librecube.eds");
 
-/// Data sheets of the boards that have one.
+/// Data sheets of the boards.
 #[derive(Clone, Debug, Default)]
 pub struct Sheets {
     of: BTreeMap<Node, Sheet>,
-    /// Nodes whose data sheet is the user's, with its file.
+    /// Nodes with a data sheet of the user's, with its file.
     own: BTreeMap<Node, PathBuf>,
 }
 
@@ -56,7 +56,7 @@ pub struct PdoValues {
 }
 
 impl Sheets {
-    /// Those of the shipped images of a plan, and those of the user.
+    /// Reads the data sheets of the shipped images of a plan, and those of the user.
     ///
     /// # Errors
     /// When a file of the user cannot be read or is no data sheet, or its node is not in the plan.
@@ -90,7 +90,7 @@ impl Sheets {
         Ok(sheets)
     }
 
-    /// What the data sheets of the user say that the report leaves out.
+    /// Returns notes about entries of the user's data sheets that the report leaves out.
     pub fn notes(&self) -> Vec<String> {
         self.own()
             .flat_map(|(node, file, sheet)| {
@@ -102,7 +102,7 @@ impl Sheets {
             .collect()
     }
 
-    /// Where the nodes of a flight differ from the data sheets of the user: a file may be that of another device.
+    /// Returns differences of the nodes of a flight from the user's data sheets: a file may be that of another device.
     pub fn differences(&self, flight: &Flight) -> Vec<String> {
         self.own()
             .flat_map(|(node, file, sheet)| {
@@ -118,8 +118,9 @@ impl Sheets {
         self.own.iter().filter_map(|(node, file)| Some((*node, file.as_path(), self.of.get(node)?)))
     }
 
-    /// Receive PDOs that do not fit what is sent, by the data sheets of both. A COB-ID without sender is one of them if its receiver is an
-    /// image of the user's and each board has a data sheet: the shipped master has PDOs for slaves that do not fly.
+    /// Returns receive PDOs that do not match their transmit PDOs, by the data sheets of both. A COB-ID without sender
+    /// is reported if its receiver is an image of the user's and each board has a data sheet: the shipped master has
+    /// PDOs for slaves that are not in the flight.
     pub fn mismatches(&self, plan: &Plan) -> Vec<String> {
         let of = |board: &BoardPlan| Some(self.of.get(&board.node)?.node(&name(board.node)));
         let nodes: Vec<pdos::Node> = plan.boards.iter().filter_map(of).collect();
@@ -131,7 +132,7 @@ impl Sheets {
         pdos::mismatches(&nodes).into_iter().chain(unsent.into_iter().filter(is_own)).collect()
     }
 
-    /// The last values of all PDOs that were sent, by board and number.
+    /// Returns the last values of all PDOs that were sent, by board and number.
     pub fn values(&self, flight: &Flight) -> Vec<PdoValues> {
         let mut found: BTreeMap<(Node, u16), PdoValues> = BTreeMap::new();
         for (at, seen) in flight.frames() {
@@ -155,7 +156,7 @@ impl Sheets {
     }
 }
 
-/// Where a node differs from its data sheet, in words.
+/// Returns the differences of a node from its data sheet as text.
 fn differences(node: Node, sheet: &Sheet, flight: &Flight) -> Vec<String> {
     let sent = flight.frames().filter(|(_, seen)| seen.from == node && !seen.frame.remote);
     let frames: Vec<(u16, &[u8])> = sent
@@ -172,7 +173,7 @@ fn differences(node: Node, sheet: &Sheet, flight: &Flight) -> Vec<String> {
         let (Some(known), Some(&has)) = (known, answers.get(&object)) else { continue };
         let is_other = match object {
             (0x1000, _) => known != has,
-            // The lower half is the minor revision: what CANopen sees is the same.
+            // The lower half is the minor revision, with the same CANopen behaviour.
             (_, 3) => known > 0 && known >> 16 != has >> 16,
             // 0: not filled in.
             _ => known > 0 && known != has,
@@ -348,7 +349,7 @@ mod tests {
             let [difference] = &differences[..] else { panic!("{own}: {differences:?}") };
             assert!(difference.contains("a.eds: ") && difference.contains(said), "{difference}");
         }
-        // What the file does not say, and the multiplex PDO, whose COB-ID is known.
+        // Entries that the file does not have, and the multiplex PDO, whose COB-ID is known.
         let silent = OF_NODE_2
             .replace("0x1234", "0")
             .replace("0x20191", "")

@@ -1,20 +1,20 @@
-//! Phases of a node, as far as the wires show them.
+//! Phases of a node that can be observed on the wires.
 
 use can_wire::time::Time;
 
 use super::meaning::NmtState;
 use super::record::Bus;
 
-/// State of a node, as far as the wires show it.
+/// State of a node as observed on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Phase {
     /// No power.
     Off,
-    /// Powered, nothing heard of it yet.
+    /// Powered, no frame received from it yet.
     Starting,
     /// Powered and silent, while another master board is active.
     Standby,
-    /// Operational when it was last heard, and without a heartbeat for several of its own periods since.
+    /// Operational in its last heartbeat, and without a heartbeat for several of its own periods since.
     Silent,
     /// In this NMT state.
     Nmt(NmtState),
@@ -26,7 +26,7 @@ impl Phase {
         self != Phase::Off
     }
 
-    /// For people.
+    /// Returns the name in texts.
     pub fn name(self) -> &'static str {
         match self {
             Phase::Off => "off",

@@ -1,4 +1,5 @@
-//! Plan of a flight: its boards, images and faults. The seed decides crystals, places on the bus and power-on times.
+//! Plan of a flight: its boards, images and faults. The seed determines crystals, positions on the bus and power-on
+//! times.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -24,20 +25,20 @@ const CRYSTAL_PPM: f64 = 50.0;
 /// Change of a crystal's frequency while its board warms up, parts per million: up at even Node-IDs, down at odd ones.
 const WARMING_PPM: f64 = 4.0;
 
-/// Until then a board warms up: 0.1 ppm/s.
+/// Time in which a board warms up: 0.1 ppm/s.
 const WARM: Time = Time::from_ms(40_000);
 
 /// White noise of the frequency at 1 s, and its random walk in 1 s, parts per billion.
 const WHITE_PPB: f64 = 1.0;
 const WALK_PPB: f64 = 2.0;
 
-/// Places of the slaves, metres from the master's end of the bus.
+/// Positions of the slaves, metres from the master's end of the bus.
 const PLACES_M: std::ops::Range<f64> = 1.0..30.0;
 
-/// Place of the second one of two masters, metres from the other one: the far end of the bus, behind all slaves.
+/// Position of the second one of two masters, metres from the other one: the far end of the bus, behind all slaves.
 const SECOND_AT_M: f64 = 31.0;
 
-/// Place of the cut in a flight with one master, metres from the master.
+/// Position of the cut in a flight with one master, metres from the master.
 const CUT_AT_M: f64 = 0.5;
 
 /// With two masters the active one loses its power at the second of `--cut-at`. At these shares of that second the standby is
@@ -48,7 +49,7 @@ const CUT_SHARE: f64 = 0.5;
 /// Latest power-on of a board after the start of the flight.
 const POWER_ON_WITHIN: Time = Time::from_ms(300);
 
-/// Time that a slave with selective access needs beside its search: start, boot-up and first command.
+/// Time that a slave with selective access needs in addition to its search: start, boot-up and first command.
 const FOUND_WITHIN: Time = Time::from_ms(500);
 
 /// Time from the power-on of a board to its boot-up message: 12 ms, and some reserve.
@@ -66,16 +67,16 @@ const TAKEN_OVER_WITHIN: Time = Time::from_ms(1_000);
 /// Access of a slave to the two buses (ECSS 4.8.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusAccess {
-    /// Both controllers live.
+    /// Both buses at the same time.
     Parallel,
     /// One bus at a time.
     Selective,
-    /// An image of the user's decides.
+    /// Determined by an image of the user's.
     Unknown,
 }
 
 impl BusAccess {
-    /// The word of the standard, if it is known.
+    /// Returns the term of the standard, if it is known.
     pub fn name(self) -> &'static str {
         match self {
             BusAccess::Parallel => "parallel",
@@ -90,22 +91,22 @@ impl BusAccess {
 pub struct BoardPlan {
     /// Its number.
     pub node: Node,
-    /// File name of the image of the user's that it flies; `None`: the shipped one.
+    /// File name of the user's image on it; `None`: the shipped one.
     pub own_image: Option<String>,
-    /// It flies the shipped image of the minimal slave.
+    /// It runs the shipped image of the minimal slave.
     pub is_minimal: bool,
-    /// It is one with one controller and two transceivers.
+    /// It has one controller and two transceivers.
     pub has_one_controller: bool,
     /// Error of its crystal at time zero, parts per million.
     pub crystal_ppm: f64,
-    /// Place on both buses, metres from the master's end.
+    /// Position on both buses, metres from the master's end.
     pub position_m: f64,
     /// Time of its power-on.
     pub power_on: Time,
 }
 
 impl BoardPlan {
-    /// Its image, for people.
+    /// Returns the name of its image in texts.
     pub fn image(&self) -> &str {
         self.own_image.as_deref().unwrap_or("shipped")
     }
@@ -117,13 +118,13 @@ impl BoardPlan {
             ramp: Some(Ramp { from: Time::ZERO, to: WARM, ppm }),
             white_ppb: WHITE_PPB,
             walk_ppb: WALK_PPB,
-            // Of the flight's seed, and another one for each board.
+            // Derived from the flight's seed, and different for each board.
             seed: self.crystal_ppm.to_bits(),
             ..Crystal::ppm(self.crystal_ppm)
         }
     }
 
-    /// This board on the twin, with a crystal of one frequency.
+    /// Returns the configuration of this board on the twin, with a crystal of constant frequency.
     pub fn config(&self, board: &Board, name: String, image: Arc<Image>) -> BoardConfig {
         let model = board.model();
         BoardConfig {
@@ -142,7 +143,7 @@ impl BoardPlan {
     }
 }
 
-/// A flight to be flown.
+/// Plan of a flight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Model of the boards with shipped images.
@@ -151,7 +152,7 @@ pub struct Plan {
     pub own_board: Board,
     /// Mission profile of the shipped images.
     pub profile: Profile,
-    /// Seed of the numbers below.
+    /// Seed of crystals, positions and power-on times.
     pub seed: u64,
     /// Master first, then the slaves by Node-ID, then the second master, if there is one.
     pub boards: Vec<BoardPlan>,
@@ -159,7 +160,7 @@ pub struct Plan {
     pub end: Time,
     /// Time at which the standby of two masters is reset.
     pub standby_reset: Option<Time>,
-    /// The cut: which bus, when, and how far from the master's end.
+    /// The cut: bus, instant, and metres from the master's end.
     pub cut: Option<CutPlan>,
     /// Time at which the active one of two masters loses its power.
     pub loss: Option<Time>,
@@ -203,10 +204,11 @@ impl Plan {
         })
     }
 
-    /// Checks that the flight is long enough for its verdict: that every slave can be operational again after the last fault.
+    /// Checks that the flight is long enough for its verdict: every slave can be operational again after the last
+    /// fault.
     ///
     /// # Errors
-    /// When it is shorter: why, and which lengths are allowed.
+    /// When it is shorter: the reason, and the allowed lengths.
     pub fn check_length(&self, options: &Options) -> Result<(), Misuse> {
         let Some(fault) = self.loss.or(self.cut.map(|cut| cut.at)) else { return Ok(()) };
         if self.loss.is_some_and(|loss| loss < EARLIEST_LOSS) {
@@ -229,7 +231,7 @@ impl Plan {
         }
         let least = match options.cut_at {
             None => {
-                // The cut is half-way: in a longer flight it is not that early.
+                // The cut is half-way: in a longer flight it is later.
                 let later = needed(fault.max(self.heard_by())).map_or(Time::ZERO, |(needs, _)| needs);
                 2.0 * later.max(self.heard_by()).as_secs_f64()
             }
@@ -264,18 +266,19 @@ impl Plan {
         Some((POWER_ON_WITHIN + self.dwell() + search, why))
     }
 
-    /// Until then the master has heard a slave, unless its bus is cut before: all boards are on, and sent a heartbeat.
+    /// Returns the time by which the master has heard a slave, unless its bus is cut before: all boards are on, and
+    /// have sent a heartbeat.
     fn heard_by(&self) -> Time {
         POWER_ON_WITHIN + BOOTED_WITHIN + self.heartbeat()
     }
 
-    /// Time that the master stays on a bus while it hears no slave (`Profile::dwell` of the images).
+    /// Returns the time that the master stays on a bus while it hears no slave (`Profile::dwell` of the images).
     fn dwell(&self) -> Time {
         let search = self.toggling_time() + self.toggling_time() + self.heartbeat() + self.heartbeat();
         search.max(SHORTEST_DWELL)
     }
 
-    /// Model of the boards with shipped images; that of the others, when there are none.
+    /// Returns the model of the boards with shipped images, or that of the others if there are none.
     pub fn flown(&self) -> &Board {
         let is_shipped = self.boards.iter().any(|board| board.own_image.is_none());
         if is_shipped { &self.board } else { &self.own_board }
@@ -286,7 +289,7 @@ impl Plan {
         if board.own_image.is_some() { &self.own_board } else { &self.board }
     }
 
-    /// Place of a cut among the boards, for people.
+    /// Returns the position of a cut among the boards as text.
     pub fn place(&self, cut: &CutPlan) -> &'static str {
         let mut slaves = self.boards.iter().filter(|board| !is_master(board.node));
         let is_behind = |board: &BoardPlan| board.position_m > cut.position_m;
@@ -297,12 +300,12 @@ impl Plan {
         }
     }
 
-    /// The other one of two master boards.
+    /// Returns the other one of two master boards.
     pub fn other_master(&self, board: Node) -> Option<Node> {
         self.boards.iter().map(|other| other.node).find(|node| is_master(*node) && *node != board)
     }
 
-    /// Scope of the traffic that has a meaning.
+    /// Returns the scope of the traffic that is decoded.
     pub fn scope(&self) -> Scope {
         let is_shipped = self.boards.iter().all(|board| board.own_image.is_none());
         if is_shipped { Scope::Mission } else { Scope::Protocol }
@@ -329,7 +332,7 @@ impl Plan {
         }
     }
 
-    /// Time that they listen on one bus: Ttoggle consumer times.
+    /// Returns the time that they listen on one bus: Ttoggle consumer times.
     pub fn toggling_time(&self) -> Time {
         Time::from_us(self.consumer_time().as_us() * self.ttoggle())
     }
@@ -351,7 +354,8 @@ impl Plan {
     }
 }
 
-/// Boards with crystals, places and power-on times by the seed. A node has the same ones whoever else is there.
+/// Returns boards with crystals, positions and power-on times by the seed. Those of a node do not depend on the other
+/// nodes.
 pub fn boards(seed: u64, nodes: &BTreeSet<Node>) -> Vec<BoardPlan> {
     let mut random = fastrand::Rng::with_seed(seed);
     let last = nodes.last().copied().unwrap_or(MASTER);
@@ -373,8 +377,8 @@ pub fn boards(seed: u64, nodes: &BTreeSet<Node>) -> Vec<BoardPlan> {
         .collect()
 }
 
-/// Halfway between the two slaves in the middle of the bus, metres. Of an odd number of slaves the half with the first master has
-/// one more; of one slave, the other half is the second master alone.
+/// Returns the position half-way between the two slaves in the middle of the bus, metres. With an odd number of slaves
+/// the half of the first master has one more; with one slave, the other half contains only the second master.
 fn between_halves(boards: &[BoardPlan]) -> f64 {
     let slaves = boards.iter().filter(|board| !is_master(board.node));
     let mut places: Vec<f64> = slaves.map(|board| board.position_m).collect();

@@ -1,6 +1,6 @@
-//! Records of a flight, as the observers of the demo see it.
+//! Records of a flight for the observers of the demo.
 //!
-//! Everything after the flight itself (narrator, observer, logs, report) works on these records, in order of time.
+//! Narrator, observer, logs and report use only these records, in chronological order.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -15,7 +15,7 @@ pub use twin::spacecraft::Bus;
 pub struct Nodes(u128);
 
 impl Nodes {
-    /// Adds one.
+    /// Adds a board.
     pub fn insert(&mut self, node: Node) {
         self.0 |= 1 << node;
     }
@@ -45,7 +45,7 @@ pub struct Seen {
     pub meaning: Option<Meaning>,
     /// Board that sent it.
     pub from: Node,
-    /// Boards whose controllers received it: live, on the same side of a cut.
+    /// Boards whose controllers received it: powered, on the same side of a cut.
     pub reached: Nodes,
 }
 
@@ -55,7 +55,7 @@ impl Seen {
         Seen { bus, meaning: Meaning::decode(&frame, scope), frame, from, reached }
     }
 
-    /// The board that a Node-ID in its COB-ID stands for: of two masters the one that sent it.
+    /// Returns the board of a Node-ID in its COB-ID: of two masters the one that sent it.
     pub fn board(&self, node: Node) -> Node {
         if node == MASTER && is_master(self.from) { self.from } else { node }
     }
@@ -80,7 +80,7 @@ pub struct CutPlan {
     pub position_m: f64,
 }
 
-/// Something that happened.
+/// An event of a flight.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FlightEvent {
     /// A board got power.
@@ -104,7 +104,7 @@ pub enum FlightEvent {
     },
 }
 
-/// Something that happened, and when.
+/// An event and its instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occurrence {
     /// Virtual time; for a frame the end of its last bit.

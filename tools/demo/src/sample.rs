@@ -30,7 +30,8 @@ const SWITCH_MS: u64 = 20_600;
 const SELECTIVE_SWITCH_MS: u64 = 32_350;
 const CUT: CutPlan = CutPlan { bus: Bus::Nominal, at: Time::from_ms(CUT_MS), position_m: 0.5 };
 
-/// TC frames that complete: slave 2 has no gap but the isolation of the master, slave 4 is sent for all the same.
+/// TC frames that complete: slave 2 has no gap but the isolation of the master, frames to slave 4 are sent
+/// nevertheless.
 pub const COMMANDS_ON_THE_WIRE: u64 = 2 * (195 + 194);
 
 /// TC frames that slave 2 and slave 4 have to execute.
@@ -42,7 +43,7 @@ pub const PARALLEL_FAILOVER_MS: f64 = 605.0;
 /// First TC after the start at 32.36 s.
 pub const SELECTIVE_FAILOVER_MS: f64 = 12_406.0;
 
-/// An event at this millisecond.
+/// Makes an event at this millisecond.
 pub fn at(ms: u64, what: FlightEvent) -> Occurrence {
     Occurrence { at: Time::from_ms(ms), what }
 }
@@ -54,7 +55,7 @@ pub fn frame(ms: u64, bus: Bus, from: Node, id: u16, data: &[u8], reached: &[Nod
     at(ms, FlightEvent::Frame(Seen::new(bus, frame, Scope::Mission, from, reached)))
 }
 
-/// A line that a board logs.
+/// Makes a log line of a board.
 pub fn log(ms: u64, node: Node, level: Level, text: &str) -> Occurrence {
     at(ms, FlightEvent::Log { node, level, text: text.into() })
 }
@@ -173,7 +174,7 @@ pub(crate) fn insert(flight: &mut Flight, record: Occurrence) {
     flight.records.insert(place, record);
 }
 
-/// Observer and story after the records of a flight.
+/// Returns observer and story after the records of a flight.
 fn watched(plan: &Plan, records: &[Occurrence]) -> (Observer, Vec<Line>) {
     let (mut observer, mut narrator) = (Observer::new(plan), Narrator::new(plan));
     let story = records.iter().flat_map(|record| narrator.narrate(record, &observer.on(record))).collect();

@@ -1,7 +1,8 @@
 //! Electronic data sheets (CiA 306): which PDOs a device sends and receives, and the objects in them.
 //!
-//! A *data sheet* lists the objects of a device with their names, types and default values. Of a DCF, the values of the device itself
-//! count. The shipped images have theirs in `docs/eds`; an image of the user's has the file of `--eds N=FILE`.
+//! A *data sheet* lists the objects of a device with their names, types and default values. In a DCF, the values of the
+//! device itself are used. The shipped images have theirs in `docs/eds`; an image of the user's has the file of `--eds
+//! N=FILE`.
 //!
 //! A PDO that the file does not describe is left out, and [`Sheet::notes`] says why: a flight does not need it.
 
@@ -20,7 +21,7 @@ const INVALID: u32 = 1 << 31;
 const EXTENDED: u32 = 1 << 29;
 const UNUSED: u32 = 0x1FFF_F800;
 
-/// First and last communication record of a transmit PDO and of a receive PDO, and the distance to its mapping.
+/// Communication records of transmit and of receive PDOs, and the distance to their mappings.
 const TPDOS: RangeInclusive<u16> = 0x1800..=0x19FF;
 const RPDOS: RangeInclusive<u16> = 0x1400..=0x15FF;
 const TO_MAPPING: u16 = 0x200;
@@ -34,7 +35,7 @@ const MULTIPLEX: [u32; 2] = [0xFE, 0xFF];
 /// Device type, vendor, product and revision: the objects by which a device is known.
 pub const IDENTITY: [(u16, u8); 4] = [(0x1000, 0), (0x1018, 1), (0x1018, 2), (0x1018, 3)];
 
-/// What a data sheet says of the PDOs of a device.
+/// PDOs of a device by its data sheet.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Sheet {
     /// Transmit PDOs whose values have names, by their numbers.
@@ -45,7 +46,7 @@ pub struct Sheet {
     pub identity: [Option<u32>; 4],
     /// Receive PDOs whose values have names, by their numbers.
     pub received: Vec<Pdo>,
-    /// What was left out, with its place in the file.
+    /// Entries that were left out, with their positions in the file.
     pub notes: Vec<String>,
 }
 
@@ -76,7 +77,7 @@ impl Sheet {
         Ok(sheet)
     }
 
-    /// Its PDOs, for the comparison with those of other nodes.
+    /// Returns its PDOs for the comparison with those of other nodes.
     pub fn node(&self, name: &str) -> Node {
         Node { name: name.to_owned(), sent: self.pdos.clone(), received: self.received.clone() }
     }

@@ -1,22 +1,23 @@
-//! The deepest stack of a board on the twin, from what its program left in RAM.
+//! The deepest stack of a board on the twin, determined from the bytes of RAM that its program has written.
 
 use anyhow::Context;
 use twin::board::EmulatedBoard;
 /// Every byte of RAM that the program has not written since power-on.
 use twin::model::RAM_AT_POWER_ON as UNTOUCHED;
 
-/// No board has more.
+/// Greatest size of a stack, in bytes.
 const MOST: u32 = 64 * 1024;
-/// So much untouched memory is no hole in a stack frame, but the end of the stack.
+/// Bytes of untouched memory that mark the end of the stack; less may be a hole in a stack frame.
 const HOLE: usize = 1024;
-/// Where the stack begins and grows down, and where its memory ends.
+/// Symbols of the highest and of the lowest address of the stack.
 const START: &str = "_stack_start";
 const END: &str = "_stack_end";
 
-/// Most bytes of stack that the program has had in use since power-on. 64 KiB, all there is for it, may have been more.
+/// Returns the greatest number of stack bytes that the program has used since power-on. A result of 64 KiB, the whole
+/// stack, may mean an overflow.
 ///
 /// # Errors
-/// When the image does not say where its stack is.
+/// When the image lacks the symbols of its stack.
 pub fn deepest(board: &EmulatedBoard) -> anyhow::Result<u32> {
     let symbol = |name| board.symbol(name).with_context(|| format!("the image has no symbol {name}"));
     let start = symbol(START)?.address;

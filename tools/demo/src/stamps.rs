@@ -1,7 +1,7 @@
-//! The boards' stamps of SYNC against the true ends of its frames.
+//! Compares the boards' stamps of SYNC with the true ends of its frames.
 //!
-//! The truth is the wire's: the end of the frame at its transmitter, later by the cable at everybody else, as the board's
-//! own capture timer counts it. A board keeps its last stamp only, and SYNCs are far apart: one look after each is enough.
+//! The true end is that of the frame at its transmitter plus the delay of the cable, on the board's own capture timer.
+//! A board keeps its last stamp only, and SYNCs are far apart: one read after each is enough.
 
 use can_wire::frame::WireId;
 use can_wire::record::Observation;
@@ -12,20 +12,20 @@ use firmware_images::support::diagnostics::Diagnostics;
 
 const SYNC: WireId = WireId::Standard(0x080);
 
-/// When all tasks have dealt with a frame.
+/// Time after which all tasks have handled a frame.
 const DEALT_WITH: Time = Time::from_ms(2);
 
 /// Ticks of the capture timer per nanosecond.
 const TICKS_PER_NS: f64 = 0.084;
 
-/// How far stamps were off.
+/// Errors of stamps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StampErrors {
     /// Stamps compared, all boards.
     pub compared: u64,
-    /// Largest distance from the truth, ns.
+    /// Largest error, ns.
     pub worst_ns: f64,
-    /// Sum of the squares of all distances, ns².
+    /// Sum of the squares of all errors, ns².
     pub squares_ns2: f64,
 }
 
@@ -35,7 +35,7 @@ impl StampErrors {
         (self.squares_ns2 / self.compared.max(1) as f64).sqrt()
     }
 
-    /// Those of two flights together.
+    /// Combines the errors of two flights.
     #[must_use]
     pub fn and(&self, other: &StampErrors) -> StampErrors {
         StampErrors {
@@ -46,18 +46,18 @@ impl StampErrors {
     }
 }
 
-/// Compares as the flight goes on.
+/// Compares stamps during the flight.
 #[derive(Debug, Default)]
 pub struct StampWatch {
-    /// SYNCs not compared yet: bus, end at the transmitter, who sent it and who received it.
+    /// SYNCs not compared yet: bus, end at the transmitter, sender and receivers.
     pending: Vec<(Bus, Time, usize, Vec<usize>)>,
-    /// Stamps that each board had captured when it was looked at last.
+    /// Number of stamps that each board had captured at the last read.
     captured: Vec<u32>,
     errors: StampErrors,
 }
 
 impl StampWatch {
-    /// A frame completed.
+    /// Handles a completed frame.
     pub fn on(&mut self, wire: &WireRecord) {
         if let Observation::Completed { trace, receivers, .. } = &wire.record
             && trace.frame.id == SYNC
@@ -67,7 +67,7 @@ impl StampWatch {
         }
     }
 
-    /// Looks at the boards, some time after a SYNC.
+    /// Reads the boards some time after a SYNC.
     pub fn look(&mut self, spacecraft: &Spacecraft) {
         let due =
             |&mut (_, end, ..): &mut (Bus, Time, usize, Vec<usize>)| end + DEALT_WITH <= spacecraft.now();
@@ -78,7 +78,7 @@ impl StampWatch {
             for node in receivers.into_iter().chain([transmitter]).filter(|&node| node < boards) {
                 let board = spacecraft.board(BoardId(node));
                 let Ok(Diagnostics { stamps, .. }) = Diagnostics::read(board) else { continue };
-                // Of its own life: a reset starts the count anew.
+                // A reset restarts the count.
                 if stamps.captured == std::mem::replace(&mut self.captured[node], stamps.captured) {
                     continue;
                 }
@@ -92,7 +92,7 @@ impl StampWatch {
         }
     }
 
-    /// What was found.
+    /// Returns the errors.
     pub fn errors(&self) -> StampErrors {
         self.errors
     }

@@ -1,4 +1,4 @@
-//! The numbers of a flight, for machines, with its verdict.
+//! The numbers of a flight in machine-readable form, with its verdict.
 
 use std::collections::BTreeMap;
 
@@ -43,9 +43,9 @@ pub struct Summary {
     pub own_images: BTreeMap<Node, String>,
     /// Seed of crystals, places and power-on times.
     pub seed: u64,
-    /// Length of the flight in virtual time, as asked for.
+    /// Planned length of the flight in virtual time.
     pub planned_seconds: f64,
-    /// Length of the flight in virtual time, as flown.
+    /// Actual length of the flight in virtual time.
     pub virtual_seconds: f64,
     /// Length of the flight on this computer, without building images.
     pub wall_seconds: f64,
@@ -59,8 +59,8 @@ pub struct Summary {
     pub master_lost_at_seconds: Option<f64>,
     /// From its last heartbeat to the first message of the board that took over; `null` without a takeover.
     pub takeover_ms: Option<f64>,
-    /// Where the boards took the stamps of frames that matter from: `capture` when all of them were measured by hardware,
-    /// `interrupt` when none was, else `mixed`; `unknown` when there was no such frame.
+    /// Source of the stamps of the relevant frames: `capture` if all were measured by hardware, `interrupt` if none
+    /// was, otherwise `mixed`; `unknown` if there was no such frame.
     pub stamp_source: &'static str,
     /// Largest distance between a measured stamp of SYNC and the true end of its frame, ns; `null` without one.
     pub stamp_worst_error_ns: Option<f64>,
@@ -77,7 +77,7 @@ pub struct Summary {
     pub emergencies: u64,
     /// Last values of each PDO of the boards with a data sheet: the shipped images, and those with `--eds`.
     pub pdo_values: Vec<PdoValues>,
-    /// Receive PDOs that do not fit what is sent, by the data sheets.
+    /// Receive PDOs that do not match their transmit PDOs, by the data sheets.
     pub pdo_mismatches: Vec<String>,
     /// Number of changes of bus of the first master.
     pub bus_changes: usize,
@@ -88,8 +88,9 @@ pub struct Summary {
     /// Commands and telemetry; only of flights with shipped images alone.
     #[serde(flatten)]
     pub mission: Option<MissionCounts>,
-    /// Per slave, from the cut to the first TC due or TM on the other bus; with an image of the user's in the flight, to the first
-    /// heartbeat as operational there. `null` when that never came, or not before the loss of the active master.
+    /// Per slave, from the cut to the first TC due or TM on the other bus; with an image of the user's in the flight,
+    /// to the first heartbeat as operational there. `null` if that did not occur, or not before the loss of the active
+    /// master.
     pub failover_ms: BTreeMap<Node, Option<f64>>,
     /// Likewise, from the loss of the active master to the first TC due or TM, or heartbeat as operational, after the takeover.
     pub takeover_failover_ms: BTreeMap<Node, Option<f64>>,
@@ -97,7 +98,7 @@ pub struct Summary {
     pub slaves_operational_at_end: usize,
     /// Frames admitted by a filter and never handled by the node, all boards.
     pub lost_frames: u64,
-    /// Transmissions given up by all boards, for example on leaving a bus.
+    /// Transmissions aborted by all boards, for example on leaving a bus.
     pub aborted_frames: u64,
     /// Events that an application was too slow to take, all boards.
     pub app_overflows: u64,
@@ -127,7 +128,7 @@ pub struct MissionCounts {
 }
 
 impl Summary {
-    /// Of a finished flight.
+    /// Makes the summary of a finished flight.
     pub fn of(flight: &Flight, origin: Origin, sheets: &Sheets) -> Summary {
         let wall_seconds = flight.wall.as_secs_f64();
         let instructions: u64 = flight.boards.iter().map(|board| board.instructions).sum();
@@ -204,7 +205,7 @@ impl MissionCounts {
     }
 }
 
-/// A figure of each slave's settled clock.
+/// Returns a figure of each slave's settled clock.
 fn clock_errors(flight: &Flight, figure: fn(&Errors) -> f64) -> BTreeMap<Node, Option<f64>> {
     let of = |node| flight.clocks.iter().find(|clock| clock.node == node)?.settled();
     let slaves = flight.observer.slaves();

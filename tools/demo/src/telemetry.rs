@@ -1,9 +1,9 @@
-//! Telemetry of the demonstration mission in words: what the two-byte codes and their values mean.
+//! Telemetry of the demonstration mission as text: meaning of the two-byte codes and their values.
 
-/// Telemetry code: how a slave stamps frames.
+/// Telemetry code of the stamp source of a slave.
 const STAMP_SOURCE: u16 = 0x0104;
 
-/// A reply for people; `value` is what follows the code, little-endian.
+/// Formats a reply; `value` is the data after the code, little-endian.
 pub fn text(code: u16, value: u64) -> String {
     let field = |from: u32, bits: u32| value >> from & ((1 << bits) - 1);
     let bus = if code & 1 == 0 { "nominal" } else { "redundant" };

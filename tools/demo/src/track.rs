@@ -1,4 +1,4 @@
-//! State of a node over time, as far as the wires show it.
+//! State of a node over time as observed on the wires.
 
 use can_wire::time::Time;
 
@@ -9,7 +9,7 @@ use super::phase::{Phase, Span};
 use super::plan::BusAccess;
 use super::record::{Bus, Node};
 
-/// Longest time that a heartbeat can have waited for the bus: longer than all frames that may be ahead of it.
+/// Longest time that a heartbeat may have waited for the bus: longer than all frames that may be sent before it.
 pub(super) const SETTLING: Time = Time::from_ms(5);
 
 /// A node under observation.
@@ -17,15 +17,15 @@ pub(super) const SETTLING: Time = Time::from_ms(5);
 pub struct Track {
     /// Bus access; `None` for the master.
     pub access: Option<BusAccess>,
-    /// A slave of the minimal set (ECSS 9): operational as long as it has power, whatever NMT commands.
+    /// A slave of the minimal set (ECSS 9): operational as long as it has power; it ignores NMT.
     pub is_minimal: bool,
-    /// One with one controller and two transceivers.
+    /// It has one controller and two transceivers.
     pub has_one_controller: bool,
     /// All spans, oldest first, never empty.
     pub spans: Vec<Span>,
-    /// Commands that it had to execute.
+    /// Number of commands that it had to execute.
     pub tc_due: u64,
-    /// Resets of the node that the master commanded.
+    /// Number of resets of the node commanded by the master.
     pub resets_due: u64,
     /// From the cut until it worked on the other bus, see [`Change::Recovered`]. `None` also where the active master was lost before.
     pub failover: Option<Time>,
@@ -37,7 +37,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// Without power.
+    /// Makes the track of a node without power.
     pub(super) fn new(access: Option<BusAccess>) -> Self {
         let off = Span { from: Time::ZERO, phase: Phase::Off, bus: Bus::Nominal };
         Track {
@@ -55,14 +55,14 @@ impl Track {
         }
     }
 
-    /// Bus access of the node, for people; empty for a master. A node with one controller has selective access.
+    /// Returns the bus access of the node as text; empty for a master. A node with one controller has selective access.
     pub fn kind(&self) -> String {
         let access = self.access.map_or("", BusAccess::name);
         let access = if self.has_one_controller { "1 controller" } else { access };
         if self.is_minimal { format!("{access}, minimal") } else { access.to_owned() }
     }
 
-    /// Name of one of its phases, for people. The role of a master board is active, not operational.
+    /// Returns the name of one of its phases in texts. The role of a master board is active, not operational.
     pub fn name_of(&self, phase: Phase) -> &'static str {
         match (self.access, phase) {
             (None, Phase::Nmt(NmtState::Operational)) => "active",
@@ -75,7 +75,7 @@ impl Track {
         *self.spans.last().expect("a track begins with a span")
     }
 
-    /// Commanded operational, by all that can be seen.
+    /// Returns the bus on which it is operational by all observations.
     pub fn operational_on(&self) -> Option<Bus> {
         let now = self.now();
         (now.phase == Phase::Nmt(NmtState::Operational)).then_some(now.bus)
@@ -89,7 +89,7 @@ impl Track {
         }
     }
 
-    /// Counts as silent when it is operational and its heartbeats have stopped before `now`.
+    /// Sets the phase to silent if it is operational and its heartbeats have stopped before `now`.
     pub(super) fn fall_silent(&mut self, node: Node, now: Time, changes: &mut Vec<Change>) {
         let current = self.now();
         if current.phase == Phase::Nmt(NmtState::Operational)
@@ -100,7 +100,7 @@ impl Track {
         }
     }
 
-    /// Does what NMT commands. Whether a silent node does so is seen when it sends its next heartbeat.
+    /// Applies an NMT command. For a silent node the next heartbeat shows whether it was executed.
     pub(super) fn obey(&mut self, node: Node, at: Time, command: NmtCommand, changes: &mut Vec<Change>) {
         self.resets_due += u64::from(command == NmtCommand::ResetNode);
         if self.now().phase == Phase::Silent {

@@ -8,7 +8,8 @@ use super::flight::Flight;
 use super::meaning::Meaning;
 use super::record::{FlightEvent, MASTER, Node};
 
-/// From its first report on until an error has to be known: a slave that did not hear the change of the bus searches for the master.
+/// Time after its first report by which an error has to be known: a slave that missed the change of the bus searches
+/// for the master.
 const BOUND: Time = Time::from_ms(3_000);
 
 /// An error that is active at the end of a flight, and that the master does not know.
@@ -62,7 +63,8 @@ mod tests {
     const BEGIN: [u8; 8] = [0x00, 0x42, 0x09, 1, 0, 0, 0, 0];
     const END: [u8; 8] = [0, 0, 0, 0x00, 0x42, 1, 0, 0];
 
-    /// Given an error that only another slave acknowledged, then it is unheard, until the master hears it or it is over.
+    /// Given an error that only another slave acknowledged, then it is unheard, until the master receives it or it has
+    /// ended.
     #[test]
     fn error_is_unheard_until_the_master_receives_it() {
         let mut flight = sample::flight();

@@ -9,9 +9,9 @@ use super::flight::{Flight, Interruption};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
-    /// Everything was as it should be at the end.
+    /// All checks held.
     Passed,
-    /// At least one thing was not.
+    /// At least one check failed.
     Failed,
     /// It was stopped before its planned end.
     Interrupted,
@@ -23,12 +23,13 @@ pub struct Verdict {
     /// Result of the flight.
     #[serde(rename = "verdict")]
     pub outcome: Outcome,
-    /// Why it did not pass, one sentence each; empty when it passed.
+    /// Reasons why it did not pass, one sentence each; empty if it passed.
     pub reasons: Vec<String>,
 }
 
 impl Verdict {
-    /// Judges a flight by its [`checks`]. Of an interrupted one only what an early end does not explain.
+    /// Judges a flight by its [`checks`]. For an interrupted one only failures count that an early end does not
+    /// explain.
     pub fn of(flight: &Flight) -> Verdict {
         let faults = faults(flight);
         if let Some(interruption) = flight.interrupted {
@@ -40,7 +41,7 @@ impl Verdict {
     }
 }
 
-/// Why the checks of a flight failed; empty when all held.
+/// Returns the reasons why checks of a flight failed; empty if all held.
 pub fn faults(flight: &Flight) -> Vec<String> {
     checks(flight).into_iter().flat_map(|check| check.reasons).collect()
 }
@@ -90,8 +91,8 @@ mod tests {
         assert!(!faults(&flight).iter().any(|fault| fault.contains("reset itself")), "{:?}", faults(&flight));
     }
 
-    /// Given a minimal slave that stays on the bus that the master has left, then it is no good flight, though the slave is
-    /// operational there.
+    /// Given a minimal slave that stays on the bus that the master has left, then the flight fails, although the slave
+    /// is operational there.
     #[test]
     fn a_minimal_slave_on_the_wrong_bus_is_a_fault() {
         let mut flight = sample::flight();

@@ -43,7 +43,7 @@ fn a_picture_shows_every_bit_and_what_happened() {
     let all = |is: fn(&Bit) -> bool| {
         waveform.lanes.iter().flat_map(|lane| &lane.bits).filter(|&bit| is(bit)).count()
     };
-    // The legend shows each mark once more.
+    // The legend contains each mark once in addition.
     assert_eq!(count("sample"), all(|_| true) + 1);
     assert_eq!(count("stuff"), all(|bit| bit.field == Field::Stuff) + 1);
     assert_eq!(count("flip"), 1 + 1);

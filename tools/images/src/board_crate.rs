@@ -39,8 +39,8 @@ pub(crate) fn read(folder: &Path) -> Result<(PathBuf, String), Error> {
     Ok((folder, name.to_owned()))
 }
 
-/// Checks the chip of the board in `folder`, if its build script does so. The build script of the HAL would be faster, and panics without
-/// a word about the board.
+/// Checks the chip of the board in `folder`, if its build script does so. Otherwise the build script of the HAL would
+/// run first, which panics without naming the board.
 ///
 /// # Errors
 /// When its `Cargo.toml` names no chip, one that is not supported, or another one than its `board.toml`.
@@ -55,7 +55,7 @@ pub(crate) fn check_chip(folder: &Path) -> Result<(), Error> {
     checked.map(drop).map_err(|error| Error::Manifest(folder.to_owned(), error.to_string()))
 }
 
-/// Dependencies that a package calls `board`.
+/// Returns the dependencies of a package with the name `board`.
 pub(crate) fn dependencies(package: &Value) -> impl Iterator<Item = &Value> {
     let all = package["dependencies"].as_array().map(Vec::as_slice).unwrap_or_default();
     let name =
@@ -63,14 +63,14 @@ pub(crate) fn dependencies(package: &Value) -> impl Iterator<Item = &Value> {
     all.iter().filter(move |dependency| name(dependency))
 }
 
-/// Folders of the boards of the package `name`, by what `cargo metadata` prints.
+/// Returns the folders of the boards of the package `name`, from the output of `cargo metadata`.
 pub(crate) fn folders(metadata: &Value, name: &str) -> Vec<PathBuf> {
     let packages = metadata["packages"].as_array().map(Vec::as_slice).unwrap_or_default();
     let boards = packages.iter().filter(|package| package["name"] == name).flat_map(dependencies);
     boards.filter_map(|board| board["path"].as_str()).map(PathBuf::from).collect()
 }
 
-/// A name that no other folder has, whatever its package is called.
+/// Returns a name that is unique for the folder, independent of its package.
 pub(crate) fn unique(package: &str, folder: &Path) -> String {
     let mut hasher = DefaultHasher::new();
     folder.hash(&mut hasher);

@@ -30,7 +30,7 @@ const COMPILED: [&str; 4] = ["stm32f417vg", "stm32f439zi", "stm32f446re", "stm32
 pub(crate) const ON_EMBASSY: &str = "embassy-slave";
 const BOARDS_ON_EMBASSY: [&str; 3] = ["nucleo-g474re", "nucleo-h743zi", "pyboard-v11"];
 
-/// The slave alone, and a target without compare-and-swap: Cortex-M0.
+/// Package of the CANopen slave, also compiled for a target without compare-and-swap: Cortex-M0.
 const CANOPEN: &str = "async-canopen";
 const SMALLEST: &str = "thumbv6m-none-eabi";
 
@@ -41,7 +41,7 @@ const SMALLEST: &str = "thumbv6m-none-eabi";
 /// See [`Error`].
 pub fn check_chips() -> Result<(), Error> {
     let root = workspace();
-    // Cargo only resolves the features: chips exclude each other when they are compiled.
+    // Cargo only resolves the features, because chips exclude each other when they are compiled.
     let mut tree = Command::new("cargo");
     tree.current_dir(&root).args(["tree", "--locked", "--quiet", "--depth", "0", "--target", TARGET]);
     tree.args(["--package", PACKAGE, "--features", &features(&CHIPS)]);
@@ -77,7 +77,7 @@ mod tests {
 
     use super::*;
 
-    /// Each chip is supported, and no line is forgotten.
+    /// Each chip is supported, and no line is missing.
     #[test]
     fn chips_are_one_of_each_supported_line() {
         let checked: BTreeSet<_> = CHIPS.iter().map(|chip| &chip[6..9]).collect();

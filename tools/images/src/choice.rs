@@ -1,21 +1,22 @@
-//! How a package chooses its board: by a dependency `board` in its manifest, or by a feature for each of its boards.
+//! Selection of the board of a package: by a dependency `board` in its manifest, or by a feature for each of its
+//! boards.
 
 use serde_json::Value;
 
 use crate::board_crate::dependencies;
 use crate::{Error, Package, target};
 
-/// What a manifest says of the board of its package.
+/// Selection of the board in a manifest.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// It depends on a crate that it calls `board`, whatever features it has.
+    /// It has a dependency with the name `board`, independent of features.
     pub is_fixed: bool,
-    /// Its features, optional dependencies among them.
+    /// Its features, including optional dependencies.
     pub features: Vec<String>,
 }
 
 impl Package {
-    /// Asks cargo how the package chooses its board.
+    /// Determines by cargo how the package selects its board.
     ///
     /// # Errors
     /// [`Error::NoPackage`], or when cargo cannot read the manifest.
@@ -29,7 +30,7 @@ impl Package {
     }
 }
 
-/// The choice of the package `name`, by what `cargo metadata` prints.
+/// Returns the selection of the package `name`, from the output of `cargo metadata`.
 ///
 /// # Errors
 /// Without such a package: the names of all packages.

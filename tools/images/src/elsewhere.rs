@@ -1,8 +1,9 @@
-//! Images of this project for a board of another repository, by a workspace that is generated.
+//! Images of this project for a board of another repository, built in a generated workspace.
 //!
-//! An image of this project has its boards as optional dependencies. A board elsewhere cannot be one of them, so a small workspace
-//! in the target directory, `firmware/elsewhere`, has a package for each image. The package is the shipped manifest with the crate of the board as its
-//! only board, and with paths to the shipped sources: the code of the image is the shipped one.
+//! An image of this project has its boards as optional dependencies. A board elsewhere cannot be one of them, so a
+//! small workspace in the target directory, `firmware/elsewhere`, has a package for each image. The package is the
+//! shipped manifest with the crate of the board as its only board, and with paths to the shipped sources: the code of
+//! the image is unchanged.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -56,7 +57,7 @@ impl Elsewhere {
             let image = parse(&from.join("Cargo.toml"))?;
             boards.extend(optional_dependencies(&image));
             store(&to.join("Cargo.toml"), &member_manifest(image, &from, self).to_string())?;
-            // A copy: cargo looks for what a build script names in the folder of the package.
+            // A copy, because cargo searches files named by a build script in the folder of the package.
             store(&to.join("build.rs"), &text(&from.join("build.rs"))?)?;
         }
         boards.sort();
@@ -66,8 +67,8 @@ impl Elsewhere {
     }
 }
 
-/// The manifest of the generated workspace: dependencies, package, lints and profiles of images of the shipped one, whose root is `root`.
-/// `boards` are the features that the sources ask for and the generated packages do not have.
+/// The manifest of the generated workspace: dependencies, package, lints and profiles of images of the shipped one,
+/// whose root is `root`. `boards` are the features that the sources test and the generated packages do not have.
 fn root_manifest(shipped: &Table, root: &Path, boards: &[String]) -> Table {
     let mut workspace = shipped.get("workspace").and_then(Value::as_table).cloned().unwrap_or_default();
     workspace.remove("default-members");
@@ -80,7 +81,7 @@ fn root_manifest(shipped: &Table, root: &Path, boards: &[String]) -> Table {
     let lint = Table::from_iter([("level".to_owned(), "warn".into()), ("check-cfg".to_owned(), known)]);
     table(table(&mut workspace, "lints"), "rust").insert("unexpected_cfgs".into(), lint.into());
     let profiles = shipped.get("profile").and_then(Value::as_table).cloned().unwrap_or_default();
-    // Others name packages that the workspace does not have.
+    // Other profiles name packages that the workspace does not have.
     let profiles: Table =
         profiles.into_iter().filter(|(name, _)| ["firmware", "release"].contains(&name.as_str())).collect();
     Table::from_iter([("workspace".to_owned(), workspace.into()), ("profile".to_owned(), profiles.into())])
@@ -170,7 +171,7 @@ fn parse(path: &Path) -> Result<Table, Error> {
     text(path)?.parse().map_err(|error| Error::Manifest(path.to_owned(), format!("{error}")))
 }
 
-/// Writes a file, unless it has this content: cargo builds anew what has changed.
+/// Writes a file unless it has this content, because cargo rebuilds after a change.
 fn store(path: &Path, content: &str) -> Result<(), Error> {
     if fs::read_to_string(path).is_ok_and(|there| there == content) {
         return Ok(());

@@ -1,8 +1,8 @@
 //! A clean environment for a cargo that is started by cargo.
 //!
-//! `cargo test` and `cargo run` set variables that would bind the inner cargo to the outer toolchain and its flags. Users set others
-//! for firmware of their own. [`clean`] removes both. What a configuration file of cargo says stays: a build sets the variables that
-//! take precedence over it.
+//! `cargo test` and `cargo run` set variables that would bind the inner cargo to the outer toolchain and its flags.
+//! Users set others for their own firmware. [`clean`] removes both. A configuration file of cargo stays in effect: a
+//! build sets the variables that take precedence over it.
 
 use std::process::Command;
 
@@ -22,7 +22,7 @@ const NAMES: [&str; 6] = [
 /// The one setting of `build` that changes no image.
 const JOBS: &str = "CARGO_BUILD_JOBS";
 
-/// Removes what an outer cargo or rustup has set, and what users have set for firmware of their own.
+/// Removes variables set by an outer cargo or rustup, and by users for their own firmware.
 pub fn clean(command: &mut Command) -> &mut Command {
     for (name, _) in std::env::vars_os() {
         if is_foreign(&name.to_string_lossy()) {
@@ -32,7 +32,7 @@ pub fn clean(command: &mut Command) -> &mut Command {
     command
 }
 
-/// The host's cargo in a clean environment, whichever toolchain runs this program.
+/// Returns the host's cargo in a clean environment, independent of the toolchain that runs this program.
 pub fn host_cargo() -> Command {
     let mut cargo = Command::new("cargo");
     clean(&mut cargo);
@@ -44,7 +44,7 @@ pub fn of_target() -> String {
     format!("CARGO_TARGET_{}_", TARGET.to_uppercase().replace('-', "_"))
 }
 
-/// Whether a variable would change what is built or where.
+/// Returns whether a variable would change the result or the place of a build.
 fn is_foreign(name: &str) -> bool {
     let is_of_build = name.starts_with("CARGO_BUILD_") && name != JOBS;
     NAMES.contains(&name)
@@ -75,7 +75,7 @@ mod tests {
         ] {
             assert!(is_foreign(name), "{name}");
         }
-        // Build scripts are linked for the host, and crates come from where the user has them.
+        // The linker of build scripts and the source of crates are settings of the user.
         for name in [
             "CARGO_BUILD_JOBS",
             "CARGO_HOME",

@@ -1,10 +1,10 @@
-//! Builds the firmware images, whichever way this machine can.
+//! Builds the firmware images with any available toolchain.
 //!
-//! [`build`] is all that most need: it finds a toolchain, says so in one line, and builds under a file lock, so that test
-//! processes that want the same images build them once. It is never called from a build script. Ctrl-C ends a build and the
-//! wait for another one, as long as the program has not taken it over: call [`build`] before you handle signals.
+//! Most users need only [`build`]: it finds a toolchain, prints one line, and builds under a file lock, so that test
+//! processes that need the same images build them once. It is never called from a build script. Ctrl-C ends a build and
+//! the wait for another one, unless the program handles it: call [`build`] before you handle signals.
 //!
-//! [`support`] has what the commands of tools and xtask share.
+//! [`support`] contains code that the commands of tools and xtask share.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -40,7 +40,7 @@ pub use environment::{clean, host_cargo};
 pub use package::{Package, Refusal};
 pub use target::target;
 
-/// What people flash and the twin flies.
+/// Images of master and slave, for boards and for the twin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Images {
     /// ELF file of the master image.
@@ -49,7 +49,7 @@ pub struct Images {
     pub slave: PathBuf,
 }
 
-/// Why there are no images.
+/// Reason why there are no images.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Neither rustup nor Debian gives a toolchain for the target.
@@ -72,7 +72,7 @@ pub enum Error {
     /// A workspace has no package of this name.
     #[error("{manifest} has no package {name}; allowed are {}", packages.join(", "))]
     NoPackage {
-        /// The name.
+        /// Name of the missing package.
         name: String,
         /// `Cargo.toml` of the workspace.
         manifest: PathBuf,
@@ -84,29 +84,29 @@ pub enum Error {
 /// Target triple of every supported board.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Programs that check a board by itself.
+/// Package of the programs that check a single board.
 const CHECKS: &str = "checks";
 
 const PACKAGES: [&str; 2] = ["master", "slave"];
 
-/// The slave of clause 9.
+/// Package of the minimal slave (ECSS 9).
 const MINIMAL: &str = "minimal";
 
-/// As a user writes them; their profile is their own.
+/// Packages of the examples, written as by a user, with their own profile.
 const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
 
-/// Flown by tests alone, on one board; and the one of them that is on chip support alone.
+/// Package used only by tests, on one board; and its program that uses only chip support.
 const FIXTURES: &str = "fixtures";
 const FIXTURES_FLY: &str = "pyboard-v11";
 const BARE: &str = "test-bare";
 
-/// Drivers of others, flown by tests alone.
+/// Package with third-party drivers, used only by tests.
 const FOREIGN: &str = "foreign";
 
-/// What images log, a filter of defmt. The same stands in `.cargo/config.toml`.
+/// Log filter of the images, in the format of defmt, as in `.cargo/config.toml`.
 pub const LOG: &str = "info";
 
-/// How long a build takes when nothing has been built before.
+/// Duration of the first build.
 const FIRST_TIME: &str = "about two minutes on two cores: core, HAL and protocol";
 
 /// Builds master and slave for a board (`pyboard-v11`, or a crate elsewhere) and a mission profile (`librecube`, or `standard`),
@@ -118,7 +118,7 @@ pub fn build<'a>(board: impl Into<BoardCrate<'a>>, profile: &str) -> Result<Imag
     build_logging(board, profile, LOG)
 }
 
-/// The images of an earlier [`build`], if there was one.
+/// Returns the images of an earlier [`build`], if there was one.
 pub fn built<'a>(board: impl Into<BoardCrate<'a>>, profile: &str) -> Option<Images> {
     let directory = folder(&Site::of(board.into()).ok()?, profile, LOG);
     let [master, slave] = PACKAGES.map(|package| directory.join(package));
@@ -158,8 +158,9 @@ pub fn build_fixture(name: &str, profile: &str) -> Result<PathBuf, Error> {
     Ok(image)
 }
 
-/// Builds the image of the minimal slave with this filter of the log, [`LOG`] as a rule; returns its ELF file. Apart from the
-/// others: `boards-stm32f4` is smaller there. For a board with one controller the profile has `+one-controller` behind it.
+/// Builds the image of the minimal slave with this filter of the log, usually [`LOG`], and returns its ELF file. It is
+/// built separately, because it uses fewer features of `boards-stm32f4`. For a board with one controller the profile
+/// has `+one-controller` behind it.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
@@ -172,13 +173,13 @@ pub fn build_minimal<'a>(
     Ok(image)
 }
 
-/// The image of an earlier [`build_minimal`] with the log of [`LOG`], if there was one.
+/// Returns the image of an earlier [`build_minimal`] with the log of [`LOG`], if there was one.
 pub fn built_minimal<'a>(board: impl Into<BoardCrate<'a>>, profile: &str) -> Option<PathBuf> {
     let image = folder(&Site::of(board.into()).ok()?, profile, LOG).join(MINIMAL);
     image.is_file().then_some(image)
 }
 
-/// Lints boards and firmware as they are compiled for a board of this project; warnings are errors.
+/// Lints boards and firmware, compiled for a board of this project; warnings are errors.
 ///
 /// # Errors
 /// See [`Error`].
@@ -196,9 +197,9 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)?;
     // Without ecss-can, and without the features that images have.
     job.run(&["clippy", "--package", "async-canopen"], &[], &["--", "-D", "warnings"], run)?;
-    // They have a board of their own.
+    // The examples select their own board.
     job.run(&["clippy"], &packages(&EXAMPLES, None, "standard"), &["--", "-D", "warnings"], run)?;
-    // Apart from those that need more of a board, or of the log.
+    // Separate from packages that need more of a board, or a log.
     for kind in ["bare", "runtime"].into_iter().filter(|_| board == FIXTURES_FLY) {
         job.run(&["clippy"], &packages(&[FIXTURES], Some(board), kind), &["--", "-D", "warnings"], run)?;
     }
@@ -212,14 +213,15 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Arguments that name the drivers of others; none where they have no feature for the board.
+/// Returns the arguments for the third-party drivers; none if they have no feature for the board.
 fn drivers_of_others(board: &str) -> Result<Vec<String>, Error> {
     let features = Package::of_workspace(FOREIGN).choice()?.features;
     let is_supported = features.iter().any(|feature| feature == board);
     Ok(if is_supported { packages(&[FOREIGN], Some(board), &format!("{board}-bxcan")) } else { Vec::new() })
 }
 
-/// Arguments that name packages of firmware and their features; `board` is one of them, if the packages have boards as features.
+/// Returns the arguments for packages of firmware and their features; `board` is one of them, if the packages have
+/// boards as features.
 fn packages(packages: &[&str], board: Option<&str>, profile: &str) -> Vec<String> {
     let mut what = Vec::new();
     for package in packages {
@@ -231,7 +233,7 @@ fn packages(packages: &[&str], board: Option<&str>, profile: &str) -> Vec<String
     what
 }
 
-/// Builds programs of packages of firmware; returns a copy of each program, named by its place among what cargo has built.
+/// Builds programs of packages of firmware. Returns a copy of each program, named by its path in the output of cargo.
 fn programs<const N: usize>(
     board: BoardCrate,
     profile: &str,
@@ -261,24 +263,24 @@ fn programs<const N: usize>(
 
 /// One run of cargo for the target.
 struct Job<'a> {
-    /// Where it runs.
+    /// Working directory.
     home: &'a Path,
-    /// What it does, for people.
+    /// Description for messages.
     task: String,
     /// Filter of the log.
     log: &'a str,
-    /// `Cargo.lock` stays as it is.
+    /// `Cargo.lock` must not change.
     is_locked: bool,
 }
 
 impl Job<'_> {
-    /// Where cargo builds. All boards and profiles share what they have in common. An unusual filter of the log has a directory
-    /// of its own: defmt reads the filter in all crates that log.
+    /// Returns the directory in which cargo builds. All boards and profiles share common parts. Another filter of the
+    /// log has its own directory, because defmt reads the filter in all crates that log.
     fn target_dir(&self) -> PathBuf {
         target::firmware().join(if self.log == LOG { "build" } else { "build-log" })
     }
 
-    /// Takes the lock and lets `run` run cargo.
+    /// Takes the lock and calls `run` with a cargo command.
     fn run<T>(
         &self,
         command: &[&str],
@@ -296,7 +298,7 @@ impl Job<'_> {
         let toolchain = toolchain::find(command[0] == "clippy")?;
         let task = format!("{}: {}", self.task, toolchain.name());
         let is_first = !target_dir.join(TARGET).exists();
-        // The first time cargo shows its own progress, crate by crate.
+        // In the first build cargo shows its own progress, crate by crate.
         let progress = if is_first {
             note(format_args!("{task}; the first time {FIRST_TIME}"));
             None
@@ -304,9 +306,9 @@ impl Job<'_> {
             Some(spinner(&task))
         };
         let mut cargo = toolchain.cargo();
-        // As said here and nowhere else, so that images are the same whoever builds them.
+        // Set only here, so that images do not depend on the user's environment.
         cargo.env("DEFMT_LOG", self.log);
-        // These come before the same settings in a configuration file of cargo.
+        // These take precedence over the same settings in a configuration file of cargo.
         cargo.env("CARGO_ENCODED_RUSTFLAGS", flags().join("\x1F"));
         cargo.env("CARGO_INCREMENTAL", "0");
         cargo.env("CARGO_BUILD_BUILD_DIR", &target_dir);
@@ -322,8 +324,8 @@ impl Job<'_> {
     }
 }
 
-/// The flags of the compiler. Panics name files of packages without the directory of this user: 500 B less, and images are the same
-/// whoever builds them. Debug information keeps the whole paths.
+/// The flags of the compiler. Panics name files of packages without the user's directory: this saves 500 bytes and
+/// makes images independent of the user. Debug information contains complete paths.
 fn flags() -> Vec<String> {
     let cargo_home = env::var_os("CARGO_HOME").map(PathBuf::from);
     let cargo_home = cargo_home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
@@ -342,14 +344,14 @@ fn folder(site: &Site, profile: &str, log: &str) -> PathBuf {
     target::firmware().join(configuration(&site.id, profile, log))
 }
 
-/// Name of the directory with the images of a configuration: those of two configurations never overwrite each other. All
-/// filters of the log but the usual one share a directory, because no test flies those images.
+/// Name of the directory with the images of a configuration: those of two configurations never overwrite each other.
+/// All filters of the log other than [`LOG`] share a directory, because no test uses those images.
 fn configuration(board: &str, profile: &str, log: &str) -> String {
     let suffix = if log == LOG { "" } else { "-log" };
     format!("{board}-{profile}{suffix}")
 }
 
-/// Copies a file, unless it is there: the next build, of another configuration or for another user, overwrites what cargo has built.
+/// Copies a file unless the copy exists: the next build of another configuration overwrites the output of cargo.
 fn keep(elf: &Path, to: &Path) -> Result<PathBuf, Error> {
     let copy = to.join(elf.file_name().unwrap_or_default());
     let unusable = |error| Error::Directory(copy.clone(), error);
@@ -358,13 +360,13 @@ fn keep(elf: &Path, to: &Path) -> Result<PathBuf, Error> {
         return Ok(copy);
     }
     fs::create_dir_all(to).map_err(unusable)?;
-    // Whole or not at all: another process may be reading it.
+    // Written atomically, because another process may be reading it.
     let new = copy.with_extension("new");
     fs::write(&new, image).and_then(|()| fs::rename(&new, &copy)).map_err(unusable)?;
     Ok(copy)
 }
 
-/// Locks the file. Who has to wait for it is told so.
+/// Locks the file. Prints a message if it has to wait.
 fn take(lock: &File) -> io::Result<()> {
     match lock.try_lock() {
         Ok(()) => Ok(()),
@@ -383,7 +385,7 @@ fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new(".")).to_path_buf()
 }
 
-/// A line with a running clock on a terminal; a plain line elsewhere.
+/// Shows a line with a running clock on a terminal, and a plain line elsewhere.
 fn spinner(message: &str) -> ProgressBar {
     let bar = ProgressBar::new_spinner();
     if bar.is_hidden() {
@@ -407,7 +409,7 @@ fn run(command: &mut Command) -> Result<(), Error> {
     }
 }
 
-/// Runs cargo to its end: its command line, and what it printed.
+/// Runs cargo to its end. Returns its command line and its output.
 fn output(cargo: &mut Command) -> Result<(String, Output), Error> {
     let line = command_line(cargo);
     let output = cargo.stderr(Stdio::inherit()).output();

@@ -1,4 +1,4 @@
-//! Each configuration is built once in a process: cargo needs more than a second to find out that nothing has changed.
+//! Each configuration is built once in a process: cargo needs more than a second to determine that nothing has changed.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -12,7 +12,8 @@ type Slot = Arc<Mutex<Option<Vec<PathBuf>>>>;
 /// Images that this process has built, by the name of their configuration.
 static BUILT: Mutex<BTreeMap<String, Slot>> = Mutex::new(BTreeMap::new());
 
-/// Returns the images of a configuration, which `build` makes the first time. Other configurations can be had meanwhile.
+/// Returns the images of a configuration, which `build` makes at the first call. Other configurations can be built
+/// meanwhile.
 ///
 /// # Errors
 /// Those of `build`; the next call builds again.

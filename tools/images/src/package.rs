@@ -19,7 +19,7 @@ pub struct Refusal {
     pub text: String,
 }
 
-/// A package with firmware of its own.
+/// A package with firmware of the user's.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Package {
     /// Its name.
@@ -56,7 +56,7 @@ impl Package {
         once(format!("{} of {} for {board:?}", self.name, self.manifest.display()), build)
     }
 
-    /// Builds it in vain or not; returns each error of the compiler. When the build fails without one, as in a build script, that is
+    /// Builds it and returns each error of the compiler. If the build fails without one, as in a build script, that is
     /// the only error.
     ///
     /// # Errors
@@ -117,8 +117,8 @@ impl Package {
         })
     }
 
-    /// Makes cargo build this package anew when it has built one of the same name in another folder before: it takes them for
-    /// one, because both are the root of their workspace.
+    /// Makes cargo rebuild this package if it has built one of the same name in another folder before. Cargo does not
+    /// distinguish them, because both are the root of their workspace.
     fn forget_namesake(&self, target_dir: &Path, home: &Path) -> Result<(), Error> {
         let unusable = |error| Error::Directory(target_dir.to_owned(), error);
         let note = target_dir.join(format!("{}.home", self.name));
@@ -140,7 +140,7 @@ impl Package {
     }
 }
 
-/// Messages of cargo, one a line.
+/// Returns the messages of cargo, one per line.
 fn messages(output: &Output) -> impl Iterator<Item = Value> {
     output.stdout.split(|byte| *byte == b'\n').filter_map(|line| serde_json::from_slice(line).ok())
 }
@@ -162,7 +162,7 @@ fn profile() -> Result<Vec<String>, Error> {
     Ok(settings)
 }
 
-/// Each value with its dotted key.
+/// Adds each value with its dotted key.
 fn flatten(key: &str, value: &toml::Value, settings: &mut Vec<String>) {
     match value {
         toml::Value::Table(table) => {

@@ -1,21 +1,21 @@
-//! Where images are built for a board.
+//! Workspace in which images are built for a board.
 
 use crate::Error;
 use crate::board_crate::BoardCrate;
 use crate::elsewhere::Elsewhere;
 
-/// Where images are built for a board, and what their folders are named after.
+/// Workspace in which images are built for a board, and names of their folders.
 pub(crate) struct Site {
     /// Name of the board in folders, different for each board.
     pub(crate) id: String,
-    /// Name of the board for people; in this workspace also the feature of the images that chooses it.
+    /// Name of the board in messages; in this workspace also the feature of the images that selects it.
     pub(crate) name: String,
     /// The workspace that is generated for a board of another repository; `None`: this workspace.
     pub(crate) elsewhere: Option<Elsewhere>,
 }
 
 impl Site {
-    /// The site for a board.
+    /// Returns the site for a board.
     ///
     /// # Errors
     /// When the folder of a board elsewhere has no usable `Cargo.toml`.

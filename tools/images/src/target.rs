@@ -28,7 +28,7 @@ fn of_program(program: &Path) -> Option<&Path> {
     program.ancestors().skip(1).find(|folder| folder.join(MARK).is_file())
 }
 
-/// The target directory of a workspace, by its metadata; `manifest` stands in errors.
+/// Returns the target directory of a workspace by its metadata; errors name `manifest`.
 ///
 /// # Errors
 /// When there is none.
@@ -39,7 +39,7 @@ pub(crate) fn of_workspace(metadata: &Value, manifest: &Path) -> Result<PathBuf,
         .ok_or_else(|| Error::Manifest(manifest.to_owned(), "no target directory".into()))
 }
 
-/// What `cargo metadata` prints of a manifest, without its dependencies.
+/// Returns the output of `cargo metadata` for a manifest, without its dependencies.
 ///
 /// # Errors
 /// When cargo cannot read the manifest.

@@ -1,4 +1,4 @@
-//! Which toolchain compiles for the boards.
+//! Selection of the toolchain for the boards.
 //!
 //! Tried in this order:
 //! 1. rustup's pinned toolchain with its thumb target installed, as rust-toolchain.toml asks for;
@@ -33,7 +33,7 @@ const DEBIAN_PACKAGES: [(&str, &str); 4] = [
 ];
 const DEBIAN_CLIPPY: (&str, &str) = ("rust-web-clippy", "/usr/bin/clippy-driver");
 
-/// Finds a toolchain or installs what is missing; `clippy`: one that lints, too.
+/// Finds a toolchain or installs what is missing; `clippy`: including clippy.
 ///
 /// # Errors
 /// [`Error::NoToolchain`] with the command to run as root.
@@ -71,7 +71,7 @@ impl Toolchain {
             Toolchain::Debian => Command::new("/usr/bin/cargo"),
         };
         clean(&mut cargo);
-        // The one of the toolchain, whatever a configuration file of cargo says.
+        // The linker of the toolchain, which overrides a configuration file of cargo.
         let linker = if self == Toolchain::Debian { "ld.lld" } else { "rust-lld" };
         cargo.env(of_target() + "LINKER", linker);
         if self == Toolchain::Debian {
@@ -84,7 +84,7 @@ impl Toolchain {
         cargo
     }
 
-    /// Its name, for people.
+    /// Returns its name in messages.
     pub fn name(self) -> &'static str {
         match self {
             Toolchain::Rustup => "rustup's toolchain",
@@ -92,7 +92,7 @@ impl Toolchain {
         }
     }
 
-    /// What `cargo build` needs besides.
+    /// Returns the additional arguments of `cargo build`.
     pub fn arguments(self) -> &'static [&'static str] {
         match self {
             Toolchain::Rustup => &[],
@@ -112,7 +112,7 @@ fn has_rustup_target() -> bool {
     })
 }
 
-/// rustup's own switch against unasked installation.
+/// Returns whether rustup may install: evaluates its own variable.
 fn rustup_may_install() -> bool {
     std::env::var("RUSTUP_AUTO_INSTALL").as_deref() != Ok("0")
 }

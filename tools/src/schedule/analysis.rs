@@ -6,17 +6,18 @@ use std::time::Duration;
 
 use super::message::{Message, Network, nanos};
 
-/// Longest error frame with the intermission behind it, bits: what an error costs beside the frame that is repeated.
+/// Longest error frame with the intermission behind it, in bits: the cost of an error in addition to the repeated
+/// frame.
 const ERROR_BITS: u64 = 31;
 
-/// A busy period of ten seconds is without end for any mission.
+/// Length of a busy period that counts as endless, in nanoseconds: ten seconds.
 const ENDLESS: u64 = 10_000_000_000;
 
-/// Rounds in which jitters that follow response times settle, or never.
+/// Greatest number of rounds in which jitters that depend on response times converge.
 const ROUNDS: usize = 1_000;
 
-/// Longest response time of each message, from its event to the end of its frame on the bus. `None`: no bound exists, because the
-/// bus cannot carry what is at least as urgent.
+/// Longest response time of each message, from its event to the end of its frame on the bus. `None`: no bound exists,
+/// because the bus cannot carry all messages of at least this priority.
 ///
 /// Every instance of a message within its busy period counts, not only the first: the second may be the latest.
 pub fn response_times(messages: &[Message], network: &Network) -> Vec<Option<Duration>> {
@@ -47,7 +48,7 @@ struct Stream {
     transmission: u64,
     /// T.
     period: u64,
-    /// J, with the response time of what releases it.
+    /// J, including the response time of the message that releases it.
     jitter: u64,
 }
 
@@ -67,15 +68,15 @@ impl Stream {
     }
 }
 
-/// A message against all others.
+/// A message and those that delay it.
 struct Contest<'a> {
     network: &'a Network,
     own: Stream,
-    /// All that win against it, and those of the same identifier.
+    /// Messages of higher priority, and those of the same identifier.
     as_urgent: Vec<Stream>,
-    /// B: the longest frame of lower priority may have begun just before.
+    /// B: the longest frame of lower priority, which may have begun just before.
     blocking: u64,
-    /// What an error costs: its error frame, and the longest of the frames that may be on the bus.
+    /// Cost of an error: its error frame, and the longest of the frames that may be on the bus.
     recovery: u64,
 }
 
@@ -103,7 +104,7 @@ impl Contest<'_> {
             .max()?
     }
 
-    /// Whether the bus has time left beside what is as urgent and its errors.
+    /// Returns whether messages of at least this priority and errors leave time on the bus.
     fn has_end(&self) -> bool {
         let share = |stream: &Stream| stream.transmission as f64 / stream.period as f64;
         let interval = self.network.errors.interval;
@@ -111,13 +112,13 @@ impl Contest<'_> {
         self.as_urgent.iter().chain([&self.own]).map(share).sum::<f64>() + errors < 1.0
     }
 
-    /// t: from the start of the blocking until nothing as urgent waits.
+    /// Returns t: from the start of the blocking until no message of at least this priority waits.
     fn busy_period(&self) -> Option<u64> {
         let next = |t| self.errors(t) + self.blocking + self.ahead(t) + self.own.load(t);
         fixed_point(self.own.transmission, next)
     }
 
-    /// w(q): from the start of the busy period to that of the transmission of instance `q`.
+    /// Returns w(q): from the start of the busy period to the start of the transmission of instance `q`.
     fn queuing_delay(&self, q: u64) -> Option<u64> {
         let (before, bit) = (self.blocking + q * self.own.transmission, self.network.bits(1));
         fixed_point(before, |w| self.errors(w + self.own.transmission) + before + self.ahead(w + bit))
@@ -132,7 +133,7 @@ impl Contest<'_> {
     }
 }
 
-/// The smallest fixed point from `start` on; `None` when there is none within ten seconds.
+/// Returns the smallest fixed point from `start` on; `None` if there is none within ten seconds.
 fn fixed_point(start: u64, next: impl Fn(u64) -> u64) -> Option<u64> {
     let mut value = start;
     loop {

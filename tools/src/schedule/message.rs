@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-/// Bits of an 11-bit data frame that stuffing can reach, without data: SOF, identifier, RTR, IDE, r0, DLC, CRC sequence.
+/// Bits of an 11-bit data frame that are subject to stuffing, without data: SOF, identifier, RTR, IDE, r0, DLC, CRC
+/// sequence.
 const STUFFED: u64 = 34;
 /// Bits of fixed form: CRC delimiter, ACK slot and delimiter, EOF, and the intermission behind it.
 const FIXED: u64 = 13;
@@ -34,21 +35,21 @@ impl Message {
     }
 }
 
-/// Errors that the bus may have in an interval, each of which destroys a frame.
+/// Errors on the bus in an interval, each of which destroys a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Errors {
-    /// Errors that may follow each other at once.
+    /// Number of errors that may follow each other immediately.
     pub burst: u64,
     /// Beyond the burst: the shortest time between two errors. `None`: no error but those of the burst.
     pub interval: Option<Duration>,
 }
 
 impl Errors {
-    /// None at all.
+    /// No errors.
     pub const NONE: Errors = Errors { burst: 0, interval: None };
 
-    /// The most errors in an interval of `span` nanoseconds (Tindell and Burns 1994): `burst + ceil(span / interval) - 1`, where an
-    /// interval without burst has one at its start as well.
+    /// The most errors in an interval of `span` nanoseconds (Tindell and Burns 1994): `burst + ceil(span / interval) -
+    /// 1`, where the first interval also begins with an error if there is no burst.
     pub(crate) fn within(&self, span: u64) -> u64 {
         let residual = self.interval.map_or(0, |interval| span.div_ceil(nanos(interval)).max(1) - 1);
         self.burst.max(self.interval.is_some().into()) + residual
@@ -65,7 +66,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Duration of so many bits in nanoseconds, rounded up.
+    /// Returns the duration of `bits` bits in nanoseconds, rounded up.
     pub(crate) fn bits(&self, bits: u64) -> u64 {
         (bits * 1_000_000_000).div_ceil(u64::from(self.bit_rate))
     }
@@ -75,7 +76,7 @@ impl Network {
         Duration::from_nanos(self.bits(message.longest_bits()))
     }
 
-    /// Share of the bus that these messages use at most, without errors: 1 is all of it.
+    /// Returns the greatest share of the bus that these messages use, without errors: 1 is all of it.
     pub fn load(&self, messages: &[Message]) -> f64 {
         let share =
             |message: &Message| self.transmission(message).as_secs_f64() / message.period.as_secs_f64();
@@ -83,7 +84,7 @@ impl Network {
     }
 }
 
-/// Whole nanoseconds; 584 years are enough.
+/// Returns whole nanoseconds, up to 584 years.
 pub(crate) fn nanos(span: Duration) -> u64 {
     u64::try_from(span.as_nanos()).unwrap_or(u64::MAX)
 }

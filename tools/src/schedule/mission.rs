@@ -17,7 +17,7 @@ use super::message::{Message, nanos};
 const HEARTBEAT_BYTES: u8 = 1;
 const EMCY_BYTES: u8 = 8;
 const SDO_BYTES: u8 = 8;
-/// Largest transmission type of a PDO that goes with SYNC.
+/// Largest transmission type of a synchronous PDO.
 const LAST_SYNCHRONOUS: u8 = 240;
 
 /// A message with its name.
@@ -29,7 +29,7 @@ pub struct Named {
     pub message: Message,
 }
 
-/// What no object says.
+/// Assumptions that no object states.
 #[derive(Clone, Copy, Debug)]
 pub struct Assumed {
     /// Slaves: nodes 2, 3, and so on.
@@ -52,7 +52,7 @@ pub fn messages(profile: &Profile, assumed: &Assumed) -> Vec<Named> {
         set.nmt(&name, id);
         set.sdo(&name, &slave.objects().sdo);
         set.node(&name, sync, cycle, slave.objects());
-        // The master has no objects for what it sends to a slave.
+        // The master has no objects for its messages to a slave.
         set.command(format!("telecommand {name}"), mission::TELECOMMAND.of(id));
         set.command(format!("request {name}"), mission::REQUEST.of(id));
         set.follow(<MissionObjects>::TELEMETRY_PDO.of(id), mission::REQUEST.of(id));
@@ -81,7 +81,7 @@ impl Set<'_> {
         self.all.push(Named { name, message });
     }
 
-    /// SYNC, and its index and period.
+    /// Adds SYNC. Returns its index and period.
     fn sync(&mut self, master: &Communication) -> (usize, Duration) {
         let period = Duration::from_micros(master.sync.cycle_period.into());
         let bytes = u8::from(master.sync.overflow > 0);
@@ -89,7 +89,8 @@ impl Set<'_> {
         (self.all.len() - 1, period)
     }
 
-    /// The master starts a slave when its heartbeat says so; a command lives no longer than a heartbeat period.
+    /// Adds NMT commands. The master starts a slave after its heartbeat; a command is valid for at most a heartbeat
+    /// period.
     fn nmt(&mut self, name: &str, id: NodeId) {
         let frame = NmtMessage { command: Command::Start, target: Target::Node(id) }.encode();
         let period = std(self.profile.heartbeat);
@@ -97,7 +98,7 @@ impl Set<'_> {
         self.add(format!("NMT {name}"), id, bytes, period, period, None);
     }
 
-    /// A request to each slave in turn; its answer is due before the client gives up.
+    /// Adds requests to each slave in turn. The response is due before the client's timeout.
     fn sdo(&mut self, name: &str, server: &SdoServerObjects) {
         let server = &server.sdo_server;
         let period = self.assumed.sdo.unwrap_or(std(self.profile.heartbeat));
@@ -106,7 +107,7 @@ impl Set<'_> {
         self.add(format!("SDO answer {name}"), server.response, SDO_BYTES, period, deadline, request);
     }
 
-    /// Heartbeat, emergencies and PDOs of a node.
+    /// Adds heartbeat, emergencies and PDOs of a node.
     fn node<D: SpacecraftDevice>(
         &mut self,
         name: &str,
@@ -119,7 +120,7 @@ impl Set<'_> {
         self.add(format!("EMCY {name}"), communication.emcy.cob_id, EMCY_BYTES, inhibit, inhibit, None);
         let own = CobIdEntry::from_raw(communication.emcy.cob_id).id().node();
         if let Some(own) = own {
-            // Later than a period it would be stale, and later than the consumer time missed.
+            // After a period it would be outdated, and after the consumer time missed.
             let period = Duration::from_millis(communication.heartbeat.time.into());
             let deadline = period.min(std(self.profile.consumer).saturating_sub(period));
             let id = CobId::heartbeat(own).raw().into();
@@ -133,7 +134,7 @@ impl Set<'_> {
             let bits: u32 = mapping.objects().iter().map(|object| object & 0xFF).sum();
             let bytes = bits.div_ceil(8) as u8;
             if pdo.transmission <= LAST_SYNCHRONOUS {
-                // It belongs to the last SYNC, and must be there before the next one.
+                // It belongs to the last SYNC, and must arrive before the next one.
                 let period = cycle * u32::from(pdo.transmission.max(1));
                 self.add(name, pdo.cob_id, bytes, period, cycle, Some(sync));
             } else {
@@ -142,13 +143,13 @@ impl Set<'_> {
         }
     }
 
-    /// What the application of the master sends to a slave.
+    /// Adds a message of the master's application to a slave.
     fn command<T>(&mut self, name: String, pdo: NodePdo<T>) {
         let period = std(COMMAND_PERIOD).min(std(TELEMETRY_PERIOD));
         self.add(name, pdo.cob_id().raw().into(), pdo.bytes(), period, std(self.profile.event), None);
     }
 
-    /// The frames of one COB-ID answer those of another.
+    /// Makes the frames of one COB-ID the answers to those of another.
     fn follow<A, R>(&mut self, answer: NodePdo<A>, request: NodePdo<R>) {
         let index = |id: CobId| self.all.iter().position(|named| named.message.id == id.raw());
         if let (Some(answer), Some(request)) = (index(answer.cob_id()), index(request.cob_id())) {
@@ -170,7 +171,7 @@ impl Set<'_> {
     }
 }
 
-/// Shortest time between two frames of a PDO that goes on an event: its inhibit time, or else that of the mission.
+/// Returns the shortest time between two frames of an event-driven PDO: its inhibit time, or else that of the mission.
 fn on_event(pdo: &PdoParameters) -> Duration {
     match pdo.inhibit {
         0 => std(COMMAND_PERIOD).min(std(TELEMETRY_PERIOD)),
@@ -178,7 +179,7 @@ fn on_event(pdo: &PdoParameters) -> Duration {
     }
 }
 
-/// Multiples of 100 us, as inhibit times are.
+/// Converts multiples of 100 us, the unit of inhibit times.
 fn tenths(multiples: u16) -> Duration {
     Duration::from_micros(100) * u32::from(multiples)
 }

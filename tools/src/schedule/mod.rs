@@ -1,8 +1,8 @@
-//! `cargo schedule`: a mission's network on paper.
+//! `cargo schedule`: analysis of a mission's network.
 //!
-//! [`response_times`] bounds the response time of every message of a bus, errors included. [`mission::messages`] derives the
-//! messages of the demonstration mission from its objects. Both assume what the driver of the boards does: of all frames that wait on
-//! a node the one with the highest priority takes part in the next arbitration.
+//! [`response_times`] bounds the response time of every message of a bus, errors included. [`mission::messages`]
+//! derives the messages of the demonstration mission from its objects. Both assume the behaviour of the boards' driver:
+//! of all frames that wait on a node the one with the highest priority takes part in the next arbitration.
 //!
 //! ```
 //! use std::time::Duration;
@@ -29,7 +29,7 @@ pub use options::Options;
 use anyhow::bail;
 use firmware_images::support::output;
 
-/// Computes, prints, and judges.
+/// Computes and prints the response times.
 ///
 /// # Errors
 /// When a deadline cannot be met.

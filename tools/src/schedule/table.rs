@@ -1,4 +1,4 @@
-//! What is printed.
+//! Output of the command.
 
 use std::time::Duration;
 
@@ -7,12 +7,12 @@ use console::style;
 use super::message::{Errors, Network};
 use super::mission::{Named, micros};
 
-/// What the figures rest on.
+/// Assumptions of the figures.
 pub const ASSUMPTIONS: &str = "Longest stuffing; each node sends the most urgent of its frames first. An SDO answer, a PDO after SYNC and \
     telemetry count\nfrom the request or SYNC before them. No object limits NMT commands and SDO requests: one per slave and heartbeat period, \
     or --sdo.";
 
-/// A line for each COB-ID; where several messages share one, that of the latest.
+/// Returns a line for each COB-ID; if several messages share one, that of the latest.
 pub fn lines(named: &[Named], times: &[Option<Duration>], network: &Network) -> Vec<String> {
     let mut lines = vec![format!(
         "{:<7} {:<22} {:>5} {:>10} {:>8} {:>9} {:>9} {:>10}  verdict",
@@ -49,7 +49,7 @@ fn line(Named { name, message }: &Named, count: usize, time: Option<Duration>, n
     )
 }
 
-/// The error model in words.
+/// Returns the error model as text.
 pub fn errors(errors: &Errors) -> String {
     match errors {
         Errors { burst: 0, interval: None } => "none".into(),

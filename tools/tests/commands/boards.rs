@@ -1,4 +1,4 @@
-//! Boards of the user's: a description instead of a name, a part and an oscillator without a file.
+//! Boards of the user: a description instead of a name, or a part and an oscillator without a file.
 
 use std::fs;
 use std::path::PathBuf;
@@ -22,7 +22,7 @@ impl Own {
         Own { out, master: images.master, slave: images.slave }
     }
 
-    /// The same images without the symbol that says which chip they are for.
+    /// Returns the same images without the symbol that identifies their chip.
     fn without_chip() -> Own {
         const SYMBOL: &[u8] = b"__device_id";
         let Own { out, master, slave } = Own::new();
@@ -39,7 +39,7 @@ impl Own {
         Own { out, master, slave }
     }
 
-    /// `cargo demo` of a master and a slave for 3 s, with these options.
+    /// Runs `cargo demo` of a master and a slave for 3 s, with these options.
     fn fly(&self, options: &[&str]) -> (i32, String) {
         let (master, slave) = (self.master.display().to_string(), format!("2={}", self.slave.display()));
         let out = self.out.path().display().to_string();
@@ -49,7 +49,7 @@ impl Own {
         (code, stdout + &stderr)
     }
 
-    /// A flight that fails for these reasons.
+    /// Checks that a flight fails for these reasons.
     fn fails(&self, options: &[&str], reasons: &[&str]) {
         let (code, text) = self.fly(options);
         assert_eq!(code, 1, "{options:?}: {text}");
@@ -58,7 +58,8 @@ impl Own {
     }
 }
 
-/// Given one mistake in a description, then each command that has `--board` refuses it and names file, field and what is allowed.
+/// Given one mistake in a description, then each command with `--board` refuses it and names file, field and allowed
+/// values.
 #[test]
 fn mistakes_in_a_description_are_refused() {
     for (from, to, parts) in [
@@ -77,8 +78,8 @@ fn mistakes_in_a_description_are_refused() {
     }
 }
 
-/// Given a good description without the crate of its board beside it, then commands that would build images refuse it and say what
-/// they can build for.
+/// Given a good description without the crate of its board beside it, then commands that would build images refuse it
+/// and name the supported boards.
 #[test]
 fn images_are_not_built_for_a_board_without_crate() {
     let (folder, path) = description(&[("pyboard-v11", "mine")]);
@@ -111,8 +112,8 @@ fn wrong_parts_and_oscillators_are_refused() {
     TOOLS.refuses(&[&arguments[..], &["--chip", "STM32F446RE"]].concat(), &["--chip", "STM32F446RE", "PD0"]);
 }
 
-/// Given images of the user's, then they fly on parts that no board of the project has: by a description, or by `--chip` with the pins of
-/// the pyboard. Images that do not say which chip they are for fly on each part.
+/// Given images of the user, then they run on parts that no board of the project has: by a description, or by `--chip`
+/// with the pins of the pyboard. Images that do not identify their chip run on each part.
 #[test]
 fn own_images_fly_on_other_parts() {
     let own = Own::new();
@@ -135,8 +136,8 @@ fn own_images_fly_on_other_parts() {
     assert_eq!(code, 0, "{text}");
 }
 
-/// Given an image for a NUCLEO, when it is to fly on a pyboard, then it is refused before the flight, by each command and with both chips;
-/// so is an image of a pyboard on a part of another family.
+/// Given an image for a NUCLEO, when it is used on a pyboard, then it is refused before the flight, by each command and
+/// with both chips; so is an image of a pyboard on a part of another family.
 #[test]
 fn images_for_another_chip_are_refused() {
     let nucleo =
@@ -156,8 +157,8 @@ fn images_for_another_chip_are_refused() {
     );
 }
 
-/// Given images for a crystal of 12 MHz, when their boards have another one, then the flight fails and names oscillator and HCLK: with a
-/// slower one all clocks of the boards agree with each other, and their bit rate is that of no network.
+/// Given images for a crystal of 12 MHz, when their boards have another one, then the flight fails and names oscillator
+/// and HCLK: with a slower one all clocks of the boards agree with each other, and their bit rate is not in CiA 301.
 #[test]
 fn frequency_of_another_oscillator_fails_the_flight() {
     let own = Own::new();
@@ -171,8 +172,8 @@ fn frequency_of_another_oscillator_fails_the_flight() {
     }
 }
 
-/// Given images that have CAN1 at PB8 and PB9 on a board with its transceiver at PD0 and PD1, then the boards agree on the redundant bus, and
-/// the flight fails for the pins.
+/// Given images that have CAN1 at PB8 and PB9 on a board with its transceiver at PD0 and PD1, then the redundant bus
+/// works, and the flight fails because of the pins.
 #[test]
 fn transceiver_at_other_pins_fails_the_flight() {
     let changes = [
@@ -209,7 +210,8 @@ fn different_bit_rates_are_the_first_reason_of_the_failure() {
     assert!(text.contains(reason), "{text}");
 }
 
-/// Given an image for a crystal, when its board has a clock from outside, then the oscillator does not start, and the flight fails.
+/// Given an image for a crystal, when its board has an external clock, then the oscillator does not start, and the
+/// flight fails.
 #[test]
 fn wrong_oscillator_of_an_own_board_fails_the_flight() {
     Own::new().fails(&["--oscillator", "12MHz external"], &["HSE does not start"]);

@@ -25,7 +25,7 @@ fn wrong_values_of_the_campaign_are_refused() {
     );
 }
 
-/// A part of a campaign with these properties, as a file.
+/// Writes a part of a campaign with these properties.
 fn part(folder: &std::path::Path, name: &str, commit: &str, seed: u64, shard: u64) -> String {
     let parameters = format!(r#"{{"seed":{seed},"runs":4,"world":"host","masters":1}}"#);
     let run = format!(r#"{{"command":"campaign","commit":"{commit}","shards":2,"parameters":{parameters}}}"#);
@@ -35,8 +35,8 @@ fn part(folder: &std::path::Path, name: &str, commit: &str, seed: u64, shard: u6
     path.to_string_lossy().into_owned()
 }
 
-/// Given two parts of one campaign, when they are merged, then their numbers are added. Given parts that are not those of one
-/// campaign, then the command ends with code 1, and says which file or shard is wrong.
+/// Given two parts of one campaign, when they are merged, then their numbers are added. Given parts that are not those
+/// of one campaign, then the command ends with code 1, and names the wrong file or shard.
 #[test]
 fn only_all_parts_of_one_campaign_are_merged() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -4,7 +4,8 @@ use second::programs::alias;
 
 use crate::{TOOLS, assert_refused};
 
-/// Given `--help` of demo and twin, then every option is explained with its default and range, and what to do with the ports.
+/// Given `--help` of demo and twin, then every option is explained with its default and range, and the use of the
+/// ports.
 #[test]
 fn help_explains_every_option_with_default_and_range() {
     let of_demo = [

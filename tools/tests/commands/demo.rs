@@ -1,4 +1,4 @@
-//! Short flights through the command line: what they write, and that a seed decides everything.
+//! Short flights through the command line: their output, and reproducibility by the seed.
 
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ struct Flown {
 }
 
 impl Flown {
-    /// `cargo demo` with these options, and with some that may have blanks.
+    /// Runs `cargo demo` with these options, and with some that may contain blanks.
     fn of(options: &str, files: &[&str]) -> Flown {
         let out = tempfile::tempdir().expect("a temporary directory");
         let mut words = vec!["demo", "--out", out.path().to_str().expect("UTF-8")];
@@ -26,7 +26,7 @@ impl Flown {
         Flown { out, code, stdout, stderr }
     }
 
-    /// A flight that passes, and its summary.
+    /// Runs a flight that passes. Returns it with its summary.
     fn passed(options: &str, files: &[&str]) -> (Flown, Value) {
         let flown = Flown::of(options, files);
         assert_eq!(flown.code, 0, "{options}: {}{}", flown.stdout, flown.stderr);
@@ -122,10 +122,10 @@ fn shortest_allowed_flight_passes() {
     }
 }
 
-/// Given two masters, when the standby is reset and the nominal bus is cut between the slaves, then the active one moves to the
-/// redundant bus, and the standby sends neither 701h nor a claim. When the active one then loses its power, the other one takes over
-/// after its consumer time of 400 ms and at most 10 ms. Every slave is operational and commanded again each time, and everything that
-/// is written shows it.
+/// Given two masters, when the standby is reset and the nominal bus is cut between the slaves, then the active one
+/// moves to the redundant bus, and the standby sends neither 701h nor a claim. When the active one then loses its
+/// power, the other one takes over after its consumer time of 400 ms and at most 10 ms. Every slave is operational and
+/// commanded again each time, and all output shows it.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
@@ -201,8 +201,8 @@ fn one_master_is_active_at_a_time(flown: &Flown, loss: f64) {
     assert_eq!(boot_ups, [1, 1], "each master becomes active once");
 }
 
-/// Given a master, two slaves of the whole protocol and two minimal ones, when the nominal bus is cut, then all follow the master;
-/// each command due is executed, and all that is written shows the minimal ones.
+/// Given a master, two slaves of the whole protocol and two minimal ones, when the nominal bus is cut, then all follow
+/// the master; each due command is executed, and all output shows the minimal ones.
 #[test]
 fn minimal_slaves_fly_beside_the_others() {
     let options = "--profile standard --slaves 2 --minimal 2 --seconds 3 --cut-at 1.5";
@@ -277,9 +277,9 @@ const SHEET: &str = "[1803sub1]\nDefaultValue=$NODEID+0x480\n[1A03sub0]\nDefault
     [1A03sub1]\nDefaultValue=0x60000010\n[1A03sub2]\nDefaultValue=0x60010010\n\
     [6000]\nParameterName=Temperature\nDataType=0x0003\n[6001]\nParameterName=Highest\nDataType=0x0003\n";
 
-/// Given the thermometer and its master, when the nominal bus is cut, then the flight is judged by heartbeats and states. Of the
-/// one reset the master commanded one. Commands and telemetry are left out, and everything that is written says so. Of the node with a
-/// data sheet the values of its PDO have names.
+/// Given the thermometer and its master, when the nominal bus is cut, then the flight is judged by heartbeats and
+/// states. The master commanded the one reset. Commands and telemetry are left out, and all output states that. Of the
+/// node with a data sheet the values of its PDO have names.
 #[test]
 fn own_images_are_judged_by_the_protocol_alone() {
     let master = example("thermometer-master");
@@ -301,7 +301,7 @@ fn own_images_are_judged_by_the_protocol_alone() {
     }
     assert_eq!(summary["slaves_operational_at_end"], 2);
     assert_eq!(summary["bus_changes"], 1);
-    // Heartbeats every 100 ms; the master gives its bus up after one that no node acknowledged.
+    // Heartbeats every 100 ms; the master leaves its bus after one that no node acknowledged.
     for slave in ["3", "4"] {
         assert!(summary["failover_ms"][slave].as_f64().is_some_and(|took| took < 500.0), "{summary}");
     }

@@ -1,4 +1,4 @@
-//! `eds` through the command line: what it writes, and that the files of the documentation are current.
+//! `eds` through the command line: its output, and a check that the files of the documentation are current.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ fn eds(arguments: &[&str]) -> (i32, String, String) {
     TOOLS.run(&[&["eds"], arguments].concat())
 }
 
-/// Where they are written: below folders that are made.
+/// Returns the folder of the files, below folders that are created.
 fn folder(here: &TempDir) -> PathBuf {
     here.path().join("new/eds")
 }
@@ -62,7 +62,7 @@ fn a_stale_or_missing_file_is_named_and_left_alone() {
     assert!(!path.exists());
 }
 
-/// Given a profile with a minimal slave, then its DCF has the objects of a minimal slave alone.
+/// Given a profile with a minimal slave, then its DCF has only the objects of a minimal slave.
 ///
 /// Verifies: ECSS 6.6a
 #[test]
@@ -178,8 +178,7 @@ fn data_sheet_of_the_minimal_slave_is_that_of_clause_9() {
     }
 }
 
-/// Nothing that Table 9-12 forbids or has for tests alone is in a data sheet of a minimal slave: nothing of it is used, has another
-/// value than that of no use, or is part of an SDO.
+/// A data sheet of a minimal slave has no object that Table 9-12 forbids or allows only for tests.
 ///
 /// Verifies: ECSS 9.4.10c, 9.4.10d, 9.4.10f
 #[test]
@@ -252,7 +251,8 @@ fn a_package_without_data_sheet_or_manifest_is_refused() {
     }
 }
 
-/// Given a text in place of a data sheet, then nothing flies or is compared, exit code 2, and the error says what such a file has.
+/// Given a text in place of a data sheet, then no flight or comparison takes place, the exit code is 2, and the error
+/// describes such a file.
 #[test]
 fn text_in_place_of_a_data_sheet_is_refused() {
     let here = tempfile::tempdir().expect("a temporary directory");

@@ -1,4 +1,4 @@
-//! A board whose crate is in another folder: the shipped images are built for it and fly on it.
+//! A board whose crate is in another folder: the shipped images are built for it and run on it.
 
 use std::fs;
 
@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use crate::TOOLS;
 
-/// Given the crate of a board elsewhere, when the shipped images fly on it and the nominal bus is cut, then all of them follow the
-/// master. They are found again without a build, and the images of this project's boards stay as they were.
+/// Given the crate of a board elsewhere, when the shipped images run on it and the nominal bus is cut, then all of them
+/// follow the master. They are found again without a build, and the images of this project's boards are unchanged.
 #[test]
 fn shipped_images_fly_on_a_board_elsewhere() {
     let usual = firmware_images::build("pyboard-v11", "standard").expect("images");

@@ -1,4 +1,4 @@
-//! How the commands end when they are not let finish: a closed pipe, Ctrl-C, SIGTERM.
+//! Early ends of the commands: a closed pipe, Ctrl-C, SIGTERM.
 
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read};
@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::{TOOLS, signal, wait_for};
 
-/// Exit code of a command that was told to stop: 128 + SIGINT.
+/// Exit code of an interrupted command: 128 + SIGINT.
 const INTERRUPTED: Option<i32> = Some(130);
 
 fn text(path: &Path) -> &str {
@@ -23,7 +23,7 @@ fn summary(out: &Path) -> Value {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// A demo under way, long enough to be stopped in it.
+/// Starts a demo that is long enough to be interrupted.
 fn demo_under_way(out: &Path) -> Child {
     let mut child = TOOLS
         .command(&["demo", "--slaves", "1", "--seconds", "3600", "--out", text(out)])
@@ -32,7 +32,7 @@ fn demo_under_way(out: &Path) -> Child {
         .expect("the program starts");
     let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
     wait_for(&mut stdout, "power on");
-    // Somebody goes on reading, as a terminal does.
+    // Continues to read, as a terminal does.
     std::thread::spawn(move || stdout.read_to_string(&mut String::new()));
     child
 }
@@ -43,8 +43,8 @@ fn lock_file() -> PathBuf {
     folder.join("lock")
 }
 
-/// Starts a command while another build holds the lock, and waits until it says so. Stop it with SIGTERM: where tests run in
-/// the background of a script, SIGINT is ignored from the beginning.
+/// Starts a command while another build holds the lock, and waits until it reports that. Stop it with SIGTERM: if tests
+/// run in the background of a script, SIGINT is ignored.
 fn held_up(arguments: &[&str], act: impl FnOnce(&mut Child, File)) -> ExitStatus {
     let lock = File::create(lock_file()).expect("the lock file");
     lock.lock().expect("the lock");
@@ -90,7 +90,7 @@ fn closed_stderr_changes_no_exit_code() {
 }
 
 /// Given a folder with an earlier run's results and a file of the user's, When the flight is interrupted, Then the
-/// results are those of the interrupted flight and say so.
+/// results are those of the interrupted flight and state that.
 #[test]
 fn interrupted_demo_writes_what_was_flown() {
     for name in ["-INT", "-TERM"] {
@@ -127,8 +127,8 @@ fn unfinished_demo_leaves_no_results_of_an_earlier_run() {
     assert_eq!(left.collect::<Vec<_>>(), ["mine.txt"]);
 }
 
-/// Given another build that holds the lock, When the twin waits for it, Then it says so, has no port open, and ends when it
-/// is told to.
+/// Given another build that holds the lock, When the twin waits for it, Then it reports that, has no port open, and
+/// ends by a signal.
 #[test]
 fn waiting_twin_can_be_stopped_and_has_no_open_port() {
     let port = || TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr()).expect("a port").port();

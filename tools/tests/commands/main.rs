@@ -1,4 +1,4 @@
-//! The commands for users, as they run them.
+//! The commands, run as by a user.
 
 mod boards;
 mod campaign;

@@ -1,6 +1,6 @@
 //! `cargo twin` from outside: clients that speak SLCAN over TCP, good ones and bad ones.
 //!
-//! Virtual time follows the clock on the wall here, so nothing is expected within any time but a generous one.
+//! Virtual time is real time in these tests, so all time limits are generous.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -9,15 +9,15 @@ use std::time::{Duration, Instant};
 
 use crate::{TOOLS, signal, wait_for};
 
-/// What has not happened by then does not happen.
+/// Time limit of each wait.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A spacecraft that runs, ended when it goes out of scope.
+/// A running spacecraft, ended when it is dropped.
 struct Twin {
     child: Child,
     stdout: BufReader<ChildStdout>,
     ports: [u16; 2],
-    /// Bit rate of each bus, as it is printed.
+    /// Printed bit rate of each bus.
     rates: [String; 2],
 }
 
@@ -54,14 +54,14 @@ impl Twin {
         Client { stream }
     }
 
-    /// A client whose channel is open.
+    /// Connects a client and opens its channel.
     fn open(&self, bus: usize) -> Client {
         let mut client = self.client(bus);
         assert_eq!(client.asks("O"), "\r");
         client
     }
 
-    /// Ctrl-C: everything it says from now on, and its exit code.
+    /// Sends SIGINT. Returns all further output, and the exit code.
     fn interrupt(mut self) -> (String, Option<i32>) {
         signal(&self.child, "-INT");
         let mut said = String::new();
@@ -87,7 +87,7 @@ impl Client {
         self.stream.write_all(bytes).expect("it takes what is said");
     }
 
-    /// The next line with its end: a carriage return, or BEL alone.
+    /// Returns the next line with its end: a carriage return, or only BEL.
     fn next(&mut self) -> String {
         let mut line = Vec::new();
         loop {
@@ -100,7 +100,7 @@ impl Client {
         }
     }
 
-    /// Waits for a line; gives all that came before, and it.
+    /// Waits for a line. Returns all lines up to it.
     fn hears(&mut self, wanted: impl Fn(&str) -> bool) -> Vec<String> {
         let deadline = Instant::now() + PATIENCE;
         let mut lines = Vec::new();
@@ -113,7 +113,7 @@ impl Client {
         panic!("not heard in time; the last lines: {:?}", lines.iter().rev().take(20).collect::<Vec<_>>());
     }
 
-    /// Says a line and waits for its answer between the frames.
+    /// Sends a line and waits for its answer between the frames.
     fn asks(&mut self, line: &str) -> String {
         self.says(format!("{line}\r").as_bytes());
         let is_frame = |line: &str| line.starts_with(['t', 'T', 'r', 'R']);
@@ -129,10 +129,10 @@ impl Client {
 fn clients_hear_the_bus_and_each_other() {
     let twin = Twin::start(&["--slaves", "1"]);
     let [mut one, mut other] = [twin.open(NOMINAL), twin.open(NOMINAL)];
-    // Node 2 is operational, the master's heartbeat is there.
+    // Node 2 is operational, the master's heartbeat is received.
     one.hears(|line| line == "t702105\r");
     other.hears(|line| line == "t701105\r");
-    // The channel of the other bus is another bus.
+    // The channel of the other bus is independent.
     let mut elsewhere = twin.open(REDUNDANT);
     elsewhere.sends("t7E61FF");
     one.sends("t7E51AA");
@@ -140,7 +140,7 @@ fn clients_hear_the_bus_and_each_other() {
     other.sends("t7E41BB");
     let heard = one.hears(|line| line == "t7E41BB\r");
     assert!(!heard.iter().any(|line| line.starts_with("t7E5") || line.starts_with("t7E6")), "{heard:?}");
-    // The frame is a real one: it stops node 2, and the master, which did not want that, starts it again.
+    // The frame takes effect: it stops node 2, and the master starts it again.
     one.sends("t00020202");
     other.hears(|line| line == "t702104\r");
     other.hears(|line| line == "t00020102\r");
@@ -150,7 +150,7 @@ fn clients_hear_the_bus_and_each_other() {
     let (said, code) = twin.interrupt();
     assert_eq!(code, Some(0), "{said}");
     assert!(said.contains("redundant bus: ") && said.contains("ended after"), "{said}");
-    // 7E5h, 7E4h and NMT; the frame on the redundant bus had nobody else to acknowledge it but the slave and the master.
+    // 7E5h, 7E4h and NMT; the frame on the redundant bus was acknowledged by the slave and the master.
     assert!(said.contains("3 of them from clients; clients: 2"), "{said}");
     assert!(said.contains("1 of them from clients; clients: 1"), "{said}");
 }
@@ -164,7 +164,7 @@ fn bad_clients_harm_nobody() {
     let mut rubbish = twin.client(NOMINAL);
     rubbish.says(&(0..=255).cycle().take(100_000).collect::<Vec<u8>>());
     assert_eq!(rubbish.next(), "\x07");
-    // It can still come to its senses: one end for the line of rubbish, one for an empty line.
+    // It can continue correctly: one line end for the invalid line, one for an empty line.
     rubbish.says(b"\r\r");
     assert_eq!(rubbish.hears(|line| line != "\x07").pop().as_deref(), Some("\r"));
     let mut endless = twin.client(NOMINAL);
@@ -179,7 +179,7 @@ fn bad_clients_harm_nobody() {
     greedy.says(b"t7E2400010203\r");
     drop(greedy);
 
-    // The last frame of one that left at once is sent, half a frame is not.
+    // The last frame of a client that disconnected at once is sent, half a frame is not.
     let heard = good.hears(|line| line == "t7E2400010203\r");
     assert!(!heard.iter().any(|line| line.starts_with("t7E3")), "{heard:?}");
     good.hears(|line| line == "t702105\r");
@@ -201,14 +201,14 @@ fn a_client_too_many_is_turned_away_and_harms_nobody() {
     assert!(heard.is_empty(), "no answer, no frame: {heard:?}");
     wait_for(&mut twin.stdout, &format!("nominal bus: {address} turned away, there are 16 clients"));
 
-    // The places of the other bus are its own; those who were there still hear the bus and each other.
+    // The limit of the other bus is separate; connected clients still receive the bus and each other.
     drop(twin.open(REDUNDANT));
     clients[0].sends("t7E51AA");
     for client in &mut clients[1..] {
         client.hears(|line| line == "t7E51AA\r");
     }
     clients[15].hears(|line| line == "t702105\r");
-    // A place that becomes free is given away again.
+    // A place that becomes free is used again.
     let address = clients.remove(7).stream.local_addr().expect("connected");
     wait_for(&mut twin.stdout, &format!("nominal bus: {address} left"));
     let mut next = twin.open(NOMINAL);
@@ -232,8 +232,8 @@ fn who_asks_for_another_bit_rate_does_not_get_in() {
     assert!(said.contains("cannot be opened with 500 kbit/s, the bus has 1000 kbit/s"), "{said}");
 }
 
-/// Given images for 125 kbit/s, when a client asks for this rate or for none, then it hears the bus and sends there; a client that
-/// asks for 1 Mbit/s is refused.
+/// Given images for 125 kbit/s, when a client sets this rate or none, then it receives and sends; a client that sets 1
+/// Mbit/s is refused.
 #[test]
 fn clients_are_served_at_the_bit_rate_of_the_images() {
     let images = firmware_images::build("pyboard-v11", "standard+kbit-125").expect("images");
@@ -277,14 +277,14 @@ fn without_the_master_a_client_is_node_1() {
     client.sends("t00020100");
     client.hears(|line| line == "t702105\r");
     client.hears(|line| line == "t703105\r");
-    // Nobody else tells them what to do.
+    // There is no other master.
     client.sends("t00028003");
     client.hears(|line| line == "t70317F\r");
     let heard = client.hears(|line| line == "t70317F\r");
     assert!(!heard.iter().any(|line| line == "t703105\r"), "{heard:?}");
 }
 
-/// Given an image in a place of the user's, when it is flown alone, then its board boots with the straps of its Node-ID.
+/// Given an image in a folder of the user, when it runs alone, then its board boots with the straps of its Node-ID.
 #[test]
 fn own_image_flies_with_the_straps_of_its_node() {
     let images = firmware_images::build("pyboard-v11", "librecube").expect("images");

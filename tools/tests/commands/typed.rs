@@ -1,4 +1,4 @@
-//! `cargo twin` with somebody who types at a terminal, and with a program at its control port.
+//! `cargo twin` with commands typed at a terminal, and with a program at its control port.
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
@@ -7,7 +7,7 @@ use std::process::Command;
 
 use rexpect::session::{PtySession, spawn_command};
 
-/// What has not happened by then does not happen: milliseconds, the build of the images among them.
+/// Time limit of each wait in milliseconds, including the build of the images.
 const PATIENCE: u64 = 600_000;
 
 /// `cargo twin` at a terminal, and its control port.
@@ -22,16 +22,16 @@ fn twin(record: &Path) -> (PtySession, u16) {
     (session, port.trim().parse().expect("a port"))
 }
 
-/// Types a line and waits for these words.
+/// Types a line and waits for these texts.
 fn type_line(session: &mut PtySession, line: &str, expected: &[&str]) {
-    // What the Enter key sends.
+    // The Enter key sends a carriage return.
     session.send(&format!("{line}\r")).and_then(|_| session.flush()).expect("it reads");
     for words in expected {
         session.exp_string(words).unwrap_or_else(|error| panic!("{line}: {words}: {error}"));
     }
 }
 
-/// Asks as a program does; the answer and how it ended.
+/// Sends a line as a program does. Returns the answer and its end.
 fn ask(port: u16, line: &str) -> (String, String) {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).expect("it listens");
     writeln!(stream, "{line}").expect("it reads");
@@ -45,7 +45,8 @@ fn ask(port: u16, line: &str) -> (String, String) {
     panic!("{line}: no end after {said:?}");
 }
 
-/// A cut and its mending, a slave without power, a reset, an inverted bit: each is seen in what the boards say.
+/// Given a cut and its repair, a slave without power, a reset and an inverted bit, then the logs of the boards show
+/// each.
 #[test]
 fn faults_are_typed_while_it_flies() {
     let directory = tempfile::tempdir().expect("a directory");

@@ -35,7 +35,8 @@ fn longest_frames_have_55_bits_and_10_per_byte() {
     }
 }
 
-/// By hand, at 1 Mbit/s: 65 bits each, the lower one blocks, the jitter of the higher one lets two of its frames come together.
+/// Calculated by hand, at 1 Mbit/s: 65 bits each, the lower priority blocks, and because of its jitter two frames of
+/// the higher one may follow each other.
 #[test]
 fn jitter_and_blocking_by_hand() {
     let short = |id, period, jitter| Message { bytes: 1, jitter: us(jitter), ..message(id, period, period) };
@@ -45,7 +46,7 @@ fn jitter_and_blocking_by_hand() {
     assert_eq!(times, [Some(us(150 + 65 + 65)), Some(us(65 + 65 + 65))]);
 }
 
-/// By hand: an error costs 31 bits and the longest frame that may be on the bus.
+/// Calculated by hand: an error costs 31 bits and the longest frame that may be on the bus.
 #[test]
 fn errors_cost_a_frame_and_31_bits_each() {
     let alone = [Message { bytes: 8, ..message(1, 10_000, 10_000) }];
@@ -55,17 +56,17 @@ fn errors_cost_a_frame_and_31_bits_each() {
     // With one error 301 us, two 467 us, three 633 us: each time one more interval of 200 us has begun. Four: 799 us.
     let every_200 = Errors { burst: 0, interval: Some(us(200)) };
     assert_eq!(time(every_200), Some(us(135 + 4 * 166)));
-    // 166 us of repair each 160 us: the frame never gets through.
+    // 166 us of recovery each 160 us: the frame is never sent.
     assert_eq!(time(Errors { burst: 0, interval: Some(us(160)) }), None);
 }
 
-/// By hand: an answer counts from the event of its request, and what it may meet grows with the jitter.
+/// Calculated by hand: an answer counts from the event of its request, and its interference grows with the jitter.
 #[test]
 fn answer_counts_from_the_event_of_its_request() {
     let request = Message { bytes: 8, ..message(5, 10_000, 10_000) };
     let answer = Message { bytes: 8, after: Some(0), ..message(4, 10_000, 10_000) };
     let times = response_times(&[request, answer], &Network { bit_rate: 1_000_000, errors: Errors::NONE });
-    // Request: an older answer, itself. Answer: that, a blocking request, itself.
+    // Request: an older answer, then itself. Answer: the request, a blocking request, then itself.
     assert_eq!(times, [Some(us(270)), Some(us(270 + 135 + 135))]);
 }
 

@@ -1,5 +1,5 @@
-//! Computed bounds against a bus that is simulated bit by bit: never exceeded, and reached within 20 % where the worst case was
-//! provoked.
+//! Computed bounds against a bus that is simulated bit by bit: never exceeded, and reached within 20 % in the provoked
+//! worst case.
 
 use std::time::Duration;
 
@@ -13,14 +13,14 @@ use can_wire::time::Time;
 use fastrand::Rng;
 use tools::schedule::{Errors, Message, Network, response_times};
 
-/// Everybody is on the bus.
+/// Time at which all nodes are on the bus.
 const START: Time = Time::from_ms(1);
 
 fn time(span: Duration) -> Time {
     Time::from_ns(span.as_nanos() as u64)
 }
 
-/// The frame of a message that stuffing makes longest, of those with a pattern of one byte and of random ones.
+/// Returns the longest frame of a message by stuffing, of those with a pattern of one byte and of random ones.
 fn longest(message: &Message) -> WireFrame {
     let mut rng = Rng::with_seed(u64::from(message.id));
     let len = usize::from(message.bytes);
@@ -30,8 +30,8 @@ fn longest(message: &Message) -> WireFrame {
     frames.max_by_key(|frame| encode(frame).bits().len()).expect("many of them")
 }
 
-/// A random set that uses at most 85 % of the bus, from the highest priority. Its frames have at least so many bytes, its periods
-/// at least so many 100 us.
+/// Returns a random set that uses at most 85 % of the bus, from the highest priority, with least bytes of the frames,
+/// and least periods in 100 us.
 fn set(rng: &mut Rng, least_bytes: u8, least_period: u64) -> Vec<Message> {
     let network = Network { bit_rate: 1_000_000, errors: Errors::NONE };
     let mut set: Vec<Message> = Vec::new();
@@ -50,10 +50,10 @@ fn set(rng: &mut Rng, least_bytes: u8, least_period: u64) -> Vec<Message> {
     set
 }
 
-/// Releases of each message, with the event that each belongs to.
+/// Releases of each message, each with its event.
 type Releases = Vec<Vec<(Time, Time)>>;
 
-/// Latest frame of each message against its event.
+/// Returns the greatest delay of a frame after its event, for each message.
 fn fly(set: &[Message], releases: &Releases, end: Time, faults: &[(Time, Fault)]) -> Vec<Time> {
     let stations = set.iter().zip(releases).map(|(message, releases)| {
         let frame = longest(message);
@@ -71,7 +71,7 @@ fn fly(set: &[Message], releases: &Releases, end: Time, faults: &[(Time, Fault)]
     latest.collect()
 }
 
-/// Events each period from a random phase on, each released within the jitter.
+/// Returns events in each period from a random phase on, each released within the jitter.
 fn random_releases(rng: &mut Rng, set: &[Message], end: Time) -> Releases {
     let releases = |message: &Message, rng: &mut Rng| {
         let period = time(message.period);
@@ -129,15 +129,15 @@ fn bound_is_never_exceeded_with_errors() {
     assert!(delayed > 100, "the errors cost something: {delayed}");
 }
 
-/// Given that all as urgent are released together, each as late as its jitter allows, just after the longest frame of lower
-/// priority has begun, then the latest instance comes near its bound.
+/// Given that all messages of at least a priority are released together, each as late as its jitter allows, just after
+/// the longest frame of lower priority has begun, then the latest instance comes near its bound.
 #[test]
 fn bound_is_reached_within_a_fifth_at_the_critical_instant() {
     let mut rng = Rng::with_seed(16);
     let mut worst: f64 = 1.0;
     for _ in 0..40 {
-        // No data makes a frame quite as long as the bound has it, least of all one without bytes. With short periods that
-        // difference decides whether one more frame comes first.
+        // No data makes a frame quite as long as its bound, least of all a frame without bytes. With short periods that
+        // difference decides whether one more frame is sent before.
         let set = set(&mut rng, 1, 30);
         let network = Network { bit_rate: 1_000_000, errors: Errors::NONE };
         let bounds = response_times(&set, &network);

@@ -7,13 +7,13 @@ use ecss_can::types::NodeId;
 use crate::clock::MockClock;
 use crate::port::BoardPort;
 
-/// The board of a node in a world, as `boards_stm32f4::Board` is one of metal: what its node is made with.
+/// The board of a node in a world, the mock of `boards_stm32f4::Board`.
 pub struct MockBoard {
-    /// Its straps.
+    /// Node-ID by its straps.
     pub node_id: NodeId,
-    /// For the builder of its node: flash for parameters, two words of RAM that outlive a reset, and a pattern of late heartbeats,
-    /// another one for each board. The flash outlives a loss of power, has room for sets of any length, and never fails. There is
-    /// no record of a reset.
+    /// Hardware for the builder of its node: flash for parameters, two words of RAM that keep their values over a
+    /// reset, and a pattern of late heartbeats, different for each board. The flash keeps its content without power,
+    /// has room for sets of any length, and never fails. There is no record of a reset.
     pub hardware: Hardware,
 }
 

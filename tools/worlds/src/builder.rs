@@ -1,4 +1,4 @@
-//! What a world is made of.
+//! Builder of a world.
 
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
@@ -13,7 +13,7 @@ use crate::port::Missed;
 use crate::unit::{Planned, firmware};
 use crate::world::World;
 
-/// Odd: makes different patterns of different numbers. 2^32 by the golden ratio.
+/// Multiplier that makes different patterns of different numbers: odd, 2^32 divided by the golden ratio.
 const SCATTER: u32 = 0x9E37_79B1;
 
 impl World {
@@ -23,8 +23,7 @@ impl World {
     }
 }
 
-/// Nodes before their world begins. Clocks are exact and all nodes get power at time zero, unless a call here says
-/// otherwise.
+/// Nodes of a world before its start. By default clocks are exact and all nodes get power at time zero.
 pub struct Builder {
     nodes: Vec<Planned>,
     timing: BitTiming,
@@ -37,10 +36,10 @@ impl Default for Builder {
 }
 
 impl Builder {
-    /// Adds a master. At each power-on and each reset `node` makes it, and `application` runs beside it.
+    /// Adds a master. At each power-on and each reset `node` makes it, and `application` runs with it.
     ///
     /// # Panics
-    /// When there is one.
+    /// When there is one already.
     #[must_use]
     pub fn master<D: SpacecraftDevice, B: MasterBoards, A: Future<Output = ()> + 'static>(
         self,
@@ -50,7 +49,7 @@ impl Builder {
         self.board(NodeKey::MASTER, node, application)
     }
 
-    /// Adds a slave. At each power-on and each reset `node` makes it, and `application` runs beside it.
+    /// Adds a slave. At each power-on and each reset `node` makes it, and `application` runs with it.
     ///
     /// # Panics
     /// When there is a node with this Node-ID, or it is the master's.
@@ -93,7 +92,7 @@ impl Builder {
         self
     }
 
-    /// Makes the clock of a node fast, by so many parts per million.
+    /// Makes the clock of a node fast by `ppm` parts per million.
     ///
     /// # Panics
     /// When there is no such node.
@@ -103,7 +102,8 @@ impl Builder {
         self
     }
 
-    /// Sets the pattern of late heartbeats of a board, in [`MockBoard::hardware`]. Each board has another one by default.
+    /// Sets the pattern of late heartbeats of a board, in [`MockBoard::hardware`]. By default each board has a
+    /// different one.
     ///
     /// # Panics
     /// When there is no such node.
@@ -113,8 +113,8 @@ impl Builder {
         self
     }
 
-    /// Makes the controllers of a node miss frames on both buses: those for which `is_missed` returns true at their end. The controllers
-    /// acknowledge them, and the node does not receive them.
+    /// Makes the controllers of a node miss the frames on both buses for which `is_missed` returns true at their end.
+    /// The controllers acknowledge them, and the node does not receive them.
     ///
     /// # Panics
     /// When there is no such node.
@@ -134,7 +134,7 @@ impl Builder {
         self
     }
 
-    /// A node gets power then.
+    /// Sets the instant at which a node gets power.
     ///
     /// # Panics
     /// When there is no such node.
@@ -155,7 +155,7 @@ impl Builder {
         self
     }
 
-    /// Both buses at another bit rate than 1 Mbit/s. Nodes do not know it: their profile has to have the same.
+    /// Sets the bit rate of both buses in place of 1 Mbit/s. The profile of the nodes has to have the same.
     ///
     /// # Panics
     /// When it is zero.
@@ -165,7 +165,7 @@ impl Builder {
         self
     }
 
-    /// The world at time zero.
+    /// Makes the world at time zero.
     pub fn build(self) -> World {
         World::new(self.nodes, self.timing)
     }
@@ -185,7 +185,7 @@ mod tests {
 
     use super::*;
 
-    /// The bit timing of a world is the one that bxCAN is set to on the pyboard, whose APB1 has 42 MHz, with the default profile.
+    /// The bit timing of a world is that of bxCAN on the pyboard, whose APB1 has 42 MHz, with the default profile.
     #[test]
     fn a_world_has_the_bit_timing_of_the_boards() {
         let bxcan = Limits {

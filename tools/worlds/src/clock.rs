@@ -20,7 +20,7 @@ pub struct MockClock {
 }
 
 impl MockClock {
-    /// Zero at the present of the timeline; fast by `drift_ppm`.
+    /// Starts a clock at zero at the present of the timeline; it is fast by `drift_ppm`.
     ///
     /// # Panics
     /// When the drift is a million ppm or more: a mistake in a test.
@@ -31,14 +31,14 @@ impl MockClock {
         MockClock { timeline, power_on, rate }
     }
 
-    /// What this clock shows at an instant of the world.
+    /// Returns the time of this clock at an instant of the world.
     pub fn instant(&self, at: Time) -> Instant {
         let elapsed = u128::from(at.since(self.power_on).0);
         let local = elapsed * self.rate / (u128::from(TICKS_PER_US) * MILLION as u128);
         Instant::from_micros(u64::try_from(local).unwrap_or(u64::MAX))
     }
 
-    /// As [`MockClock::instant`], to 2^-8 µs, as a capture timer has it.
+    /// As [`MockClock::instant`], with a resolution of 2^-8 µs, as a capture timer.
     pub fn fine(&self, at: Time) -> FineInstant {
         let elapsed = u128::from(at.since(self.power_on).0) * u128::from(FineInstant::PER_MICRO);
         let local = elapsed * self.rate / (u128::from(TICKS_PER_US) * MILLION as u128);

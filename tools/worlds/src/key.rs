@@ -1,9 +1,9 @@
-//! Who is who in a world.
+//! Identification of the boards in a world.
 
 use ecss_can::types::NodeId;
 
-/// A board of a world: by its Node-ID. Two master boards share theirs, [`NodeKey::SECOND_MASTER`] is the other one. So do two slave
-/// boards that are strapped alike by mistake, [`NodeKey::double`].
+/// A board of a world, identified by its Node-ID. Two master boards share one; [`NodeKey::SECOND_MASTER`] is the other
+/// one. Two slave boards with equal straps by mistake also share one: [`NodeKey::double`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeKey {
     node: NodeId,
@@ -31,7 +31,7 @@ impl NodeKey {
         self.is_second
     }
 
-    /// A number that no other board of a world has.
+    /// Returns a number that is unique in a world.
     pub(crate) const fn number(self) -> u32 {
         2 * self.node.get() as u32 + self.is_second as u32
     }

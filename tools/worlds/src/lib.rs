@@ -1,15 +1,14 @@
-//! Worlds of nodes on two simulated buses, in virtual time, on the host. [`judge`] has the rules by which searches judge them,
-//! [`local_clock`] emulated crystals for a clock alone.
+//! Worlds of nodes on two simulated buses, in virtual time, on the host. [`judge`] contains the rules by which searches
+//! judge them, [`local_clock`] emulated crystals for a single clock.
 //!
-//! The same runners as on the boards run here on mocks of [`CanPort`] and [`Clock`]: one
-//! single-threaded executor per node, no sleeping, and time that jumps from event to event. Equal worlds give equal
-//! traces.
+//! The same runners as on the boards run on mocks of [`CanPort`] and [`Clock`]: one single-threaded executor per node,
+//! no sleeping, and time that jumps from event to event. Equal worlds give equal traces.
 //!
 //! # Your own device
 //!
-//! A world takes masters and slaves of any device. A node is made at each power-on, as `main` of an image makes it, and its
-//! application runs beside it. The test has its hands on power, clocks, cables and objects, and sees every frame. Here a
-//! heater gets its setpoint while its clock drifts, and goes on when a bus is cut:
+//! A world takes masters and slaves of any device. A node is made at each power-on, as by `main` of an image, and its
+//! application runs with it. The test controls power, clocks, cables and objects, and sees every frame. In this example
+//! a heater gets its setpoint while its clock drifts, and continues when a bus is cut:
 //!
 //! ```
 //! use ecss_can::prelude::*;
@@ -78,12 +77,12 @@
 //! assert_eq!(power, 100);
 //! ```
 //!
-//! A receive PDO that does not fit what is sent is printed on stderr: [`World::pdo_mismatches`]. [`World::unsent_pdos`] lists those
-//! that no node sends, as behind a wrong COB-ID.
+//! Receive PDOs that do not match their transmit PDOs are printed on stderr: [`World::pdo_mismatches`].
+//! [`World::unsent_pdos`] lists receive PDOs that no node sends, for example because of a wrong COB-ID.
 //!
-//! `tests/thermometer.rs` flies the thermometer of `firmware/examples` with its master, `tests/worlds` the demonstration
-//! mission. The buses run at 1 Mbit/s whatever the profile says, unless [`Builder::kbit`] says otherwise. Flash takes no time
-//! here, and interrupts have none: those are the part of the emulated board.
+//! `tests/thermometer.rs` runs the thermometer of `firmware/examples` with its master, `tests/worlds` the demonstration
+//! mission. The buses run at 1 Mbit/s, independent of the profile, unless [`Builder::kbit`] sets another rate. Flash
+//! and interrupts take no time; the emulated board models these.
 //!
 //! [`CanPort`]: ecss_can::link::port::CanPort
 //! [`Clock`]: ecss_can::runner::Clock

@@ -1,4 +1,4 @@
-//! What happened in a world.
+//! Log of a world.
 
 use can_wire::time::Time;
 use ecss_can::node::minimal::MinimalEvent;
@@ -7,25 +7,25 @@ use ecss_can::types::NodeId;
 
 use crate::key::NodeKey;
 
-/// One entry, in the order of time.
+/// One entry of the log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
-    /// When.
+    /// Instant of the event.
     pub at: Time,
-    /// On which node.
+    /// Node of the event.
     pub node: NodeId,
-    /// On which board.
+    /// Board of the event.
     pub key: NodeKey,
-    /// What.
+    /// The event.
     pub what: NodeEvent,
 }
 
-/// What a node did.
+/// Event of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NodeEvent {
-    /// Power came, or the chip was reset.
+    /// Power was switched on, or the chip was reset.
     PowerOn,
-    /// Power went.
+    /// Power was switched off.
     PowerOff,
     /// The application of the master took an event.
     Master(MasterEvent),

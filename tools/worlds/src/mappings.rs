@@ -6,8 +6,9 @@ use crate::World;
 use crate::key::NodeKey;
 
 impl World {
-    /// Finds receive PDOs that do not fit the transmit PDO of another node with the same COB-ID: another length, another type, or values in
-    /// another order. A world prints them once on stderr, when all nodes have got power. The dictionaries are compared as they are now.
+    /// Finds receive PDOs that do not match the transmit PDO of another node with the same COB-ID: another length,
+    /// another type, or values in another order. A world prints them once on stderr, when all nodes have got power. The
+    /// dictionaries are compared as they are now.
     pub fn pdo_mismatches(&self) -> Vec<String> {
         pdos::mismatches(&self.mappings())
     }
@@ -24,7 +25,7 @@ impl World {
     }
 }
 
-/// Name of a board, as messages have it.
+/// Returns the name of a board in messages.
 fn name(key: NodeKey) -> String {
     match key {
         NodeKey::MASTER => "master".to_owned(),

@@ -1,4 +1,4 @@
-//! A node of any device: what its application has, and what a world needs of it.
+//! A node of any device: interface for its application and for a world.
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
@@ -25,25 +25,25 @@ pub type Handle<N> = runner::Handle<MockBoard, N>;
 
 /// A master, a slave or a minimal slave, of any device.
 pub trait Member: Node + Sized {
-    /// An event, as the log of a world has it.
+    /// Converts an event for the log of a world.
     fn node_event(event: &Self::Event) -> NodeEvent;
 
-    /// Whether an event asks for a reset of the chip.
+    /// Returns whether an event requests a reset of the chip.
     fn is_reset(_: &Self::Event) -> bool {
         false
     }
 
-    /// A request to a master; `None` for a slave.
+    /// Converts a request to a master; `None` for a slave.
     fn request(_: MasterRequest) -> Option<Self::Request> {
         None
     }
 
-    /// The node as it is at `now`; `None` for a minimal slave.
+    /// Returns the status of the node at `now`; `None` for a minimal slave.
     fn status(&self, _now: Instant) -> Option<Status> {
         None
     }
 
-    /// Its PDOs as its dictionary has them now; `None` for a minimal slave, which has no mappings.
+    /// Returns the present PDOs of its dictionary; `None` for a minimal slave, which has no mappings.
     fn pdos(&self, _name: &str) -> Option<pdos::Node> {
         None
     }
@@ -53,10 +53,10 @@ pub trait Member: Node + Sized {
         false
     }
 
-    /// Writes an object, as the application does.
+    /// Writes an object as the application does.
     ///
     /// # Errors
-    /// [`AbortCode`], as a client of the SDO server gets it. A minimal slave has no objects.
+    /// [`AbortCode`], as for a client of the SDO server. A minimal slave has no objects.
     fn write(_: &Handle<Self>, _at: Address, _value: &[u8]) -> Result<(), AbortCode> {
         Err(AbortCode::NoObject)
     }
@@ -116,12 +116,12 @@ impl<D: MinimalDevice> Member for MinimalSlave<D> {
     }
 }
 
-/// PDOs of a dictionary as it is now.
+/// Returns the present PDOs of a dictionary.
 fn mapped<D: SpacecraftDevice>(name: &str, objects: &NodeObjects<D>) -> Option<pdos::Node> {
     pdos::Node::of::<NodeObjects<D>, _>(name, &mut objects.pdos.clone()).ok()
 }
 
-/// Events of a node, for its application. Each that it takes is in the log of the world.
+/// Events of a node for its application. Each event that is taken is added to the log of the world.
 pub struct Events<N: Member> {
     events: runner::Events<MockBoard, N>,
     diary: Diary,
@@ -150,7 +150,7 @@ impl<N: Member> Events<N> {
         ResetLine(self.reset.clone())
     }
 
-    /// The present of the world, which no node knows.
+    /// Returns the present of the world, which is not known to nodes.
     pub fn world_time(&self) -> Time {
         self.diary.timeline.now()
     }
@@ -175,7 +175,7 @@ impl ResetLine {
     }
 }
 
-/// An application that takes all events and obeys a reset, and does nothing else.
+/// An application that takes all events, executes resets, and does nothing else.
 pub async fn idle<N: Member>(_: Handle<N>, mut events: Events<N>) {
     loop {
         if N::is_reset(&events.next().await) {
@@ -184,7 +184,7 @@ pub async fn idle<N: Member>(_: Handle<N>, mut events: Events<N>) {
     }
 }
 
-/// Where a node writes what happens to it.
+/// Access of a node to the log of the world.
 #[derive(Clone)]
 pub(crate) struct Diary {
     pub key: NodeKey,
@@ -203,14 +203,14 @@ impl Diary {
     }
 }
 
-/// A node with power, whatever its device.
+/// A node with power, of any device.
 pub(crate) trait Running {
     /// `None` for a minimal slave.
     fn status(&self) -> Option<Status>;
     fn pdos(&self, name: &str) -> Option<pdos::Node>;
     fn is_active_master(&self) -> bool;
     fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode>;
-    /// `false` for a slave, which takes no requests.
+    /// Makes a request. Returns `false` for a slave, which accepts none.
     fn request(&self, request: MasterRequest) -> bool;
     fn handle(&self) -> &dyn Any;
 }

@@ -1,10 +1,10 @@
-//! What a board keeps without power or over a reset: flash for parameters, two words of RAM.
+//! Memory of a board that keeps its content without power or over a reset: flash for parameters, two words of RAM.
 
 use std::sync::{Arc, Mutex};
 
 use ecss_can::store::{ParameterStore, RetainedMemory, StoreError};
 
-/// RAM that outlives a reset, and holds anything after power-on.
+/// RAM that keeps its content over a reset, undefined after power-on.
 #[derive(Clone)]
 pub(crate) struct Ram(Arc<Mutex<[u32; 2]>>);
 
@@ -24,7 +24,7 @@ impl RetainedMemory for Ram {
     }
 }
 
-/// Flash for parameters: keeps sets of any length. Clones are the same flash; a set that was begun is each one's own.
+/// Flash for parameters: keeps sets of any length. Clones share the flash; each has its own unfinished set.
 #[derive(Clone, Default)]
 pub(crate) struct Flash {
     kept: Arc<Mutex<Kept>>,

@@ -23,7 +23,8 @@ impl Device for Plain {
     }
 }
 
-/// A master that boots, starts and watches its slaves, and keeps buses and time: for a world in which slaves are tested.
+/// Makes a master that boots, starts and monitors its slaves, and manages buses and time, for a world in which slaves
+/// are tested.
 pub fn plain_master(profile: &Profile) -> Master<Plain> {
     Master::builder(profile, Plain::default()).build()
 }

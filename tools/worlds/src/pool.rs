@@ -1,4 +1,4 @@
-//! The tasks of a board, in a fixed order, and whether one of them has something to do.
+//! The tasks of a board, in a fixed order, with a flag for pending work.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -14,7 +14,7 @@ use crate::timeline::MAX_STEPS_PER_INSTANT;
 
 type Task = LocalBoxFuture<'static, ()>;
 
-/// Tasks of one board. With many boards most have nothing to do at most instants: one look tells.
+/// Tasks of one board. With many boards most have no work at most instants, which one flag shows.
 pub(crate) struct Pool {
     tasks: FuturesUnordered<Task>,
     spawned: Rc<RefCell<Vec<Task>>>,
@@ -52,7 +52,7 @@ impl Pool {
         Spawner { spawned: self.spawned.clone(), alarm: self.alarm.clone() }
     }
 
-    /// Lets every task do what it can now.
+    /// Polls all tasks until none can continue now.
     ///
     /// # Panics
     /// When they wake each other without end.

@@ -1,4 +1,4 @@
-//! Something that an application does, seen by the test.
+//! A future of an application whose result the test takes.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -30,7 +30,7 @@ impl<T: 'static> Task<T> {
         (Task { result, abort }, future)
     }
 
-    /// When it ended and with what, once.
+    /// Takes the instant of its end and its result, once.
     pub fn take(&self) -> Option<(Time, T)> {
         self.result.borrow_mut().take()
     }

@@ -1,4 +1,4 @@
-//! The present of a world, and who waits for the future.
+//! The present of a world, and tasks that wait for an instant.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -9,38 +9,38 @@ use std::task::{Context, Poll, Waker};
 
 use can_wire::time::Time;
 
-/// Steps of one kind at one instant, above which something runs without end.
+/// Greatest number of steps of one kind at one instant; more mean an endless loop.
 pub(crate) const MAX_STEPS_PER_INSTANT: u32 = 10_000;
 
-/// Virtual time shared by everything in a world. It moves only when told to.
+/// Virtual time shared by all parts of a world. Only [`Timeline::advance`] changes it.
 #[derive(Debug, Default)]
 pub struct Timeline {
     now: Cell<Time>,
-    /// Wakes in the order of time, then of registration.
+    /// Wakers in the order of time, then of registration.
     sleepers: RefCell<BTreeMap<(Time, u64), Waker>>,
     registrations: Cell<u64>,
     interrupts: Cell<u64>,
-    /// Sleeps that were over at once since time moved.
+    /// Number of sleeps that ended at once since time advanced.
     overdue: Cell<u32>,
 }
 
 impl Timeline {
-    /// At the start of time.
+    /// Makes a timeline at time zero.
     pub fn new() -> Rc<Self> {
         Rc::default()
     }
 
-    /// The present.
+    /// Returns the present.
     pub fn now(&self) -> Time {
         self.now.get()
     }
 
-    /// When the next sleeper wakes.
+    /// Returns when the next sleeper wakes.
     pub fn next_wake(&self) -> Option<Time> {
         self.sleepers.borrow().keys().next().map(|(at, _)| *at)
     }
 
-    /// Makes `now` the present and wakes everybody whose time has come.
+    /// Makes `now` the present and wakes all tasks that are due.
     ///
     /// # Panics
     /// When time would run backwards.
@@ -59,25 +59,25 @@ impl Timeline {
         }
     }
 
-    /// Sleeps until `at`; at once when that has passed.
+    /// Sleeps until `at`; returns at once if that has passed.
     pub fn sleep_until(self: &Rc<Self>, at: Time) -> Sleep {
         Sleep { timeline: self.clone(), at, registered: None }
     }
 
-    /// How often a controller called its task so far.
+    /// Returns how often controllers have woken their tasks so far.
     pub fn interrupts(&self) -> u64 {
         self.interrupts.get()
     }
 
-    /// A controller calls its task.
+    /// Records that a controller wakes its task.
     pub fn interrupt(&self) {
         self.interrupts.set(self.interrupts.get() + 1);
     }
 
-    /// Counts a sleep that is over at once.
+    /// Counts a sleep that ends at once.
     ///
     /// # Panics
-    /// When a task asks for no other: it would never let time pass.
+    /// When a task requests only such sleeps, so that time would never advance.
     fn note_overdue(&self) {
         let count = self.overdue.get() + 1;
         assert!(count < MAX_STEPS_PER_INSTANT, "a task waits for what has passed, at {:?}", self.now());
@@ -92,7 +92,7 @@ impl Timeline {
     }
 }
 
-/// Future of [`Timeline::sleep_until`]. Dropped, it leaves no trace.
+/// Future of [`Timeline::sleep_until`]. Dropping it removes the waker.
 #[derive(Debug)]
 pub struct Sleep {
     timeline: Rc<Timeline>,

@@ -18,7 +18,7 @@ use crate::pool::{Pool, Spawner};
 use crate::port::{BoardPort, Missed, MockPort, one_controller};
 use crate::timeline::Timeline;
 
-/// What `main` of an image does, once per power-on: makes the node, spawns its application.
+/// Code of `main` of an image, called once per power-on: makes the node, spawns its application.
 pub(crate) type Firmware = Rc<dyn Fn(MockBoard, &Shell<'_>) -> Box<dyn Running>>;
 
 /// Firmware of a node and its application.
@@ -33,7 +33,7 @@ pub(crate) fn firmware<N: Member, A: Future<Output = ()> + 'static>(
     })
 }
 
-/// A node to be.
+/// A node before its world is built.
 pub(crate) struct Planned {
     pub key: NodeKey,
     pub firmware: Firmware,
@@ -58,7 +58,7 @@ pub(crate) struct Unit {
     powered: Option<Powered>,
 }
 
-/// What lives from power-on to power-off or reset.
+/// State from power-on to power-off or reset.
 struct Powered {
     pool: Pool,
     clock: MockClock,
@@ -131,7 +131,7 @@ impl Unit {
         self.powered.is_some()
     }
 
-    /// Lets every task do what it can now.
+    /// Runs all tasks until none can continue now.
     pub fn run(&mut self) {
         while let Some(powered) = &mut self.powered {
             powered.pool.run_until_stalled();
@@ -160,7 +160,7 @@ impl Unit {
         Some(self.powered.as_ref()?.node.as_ref())
     }
 
-    /// A task more, until it ends or the node loses its power.
+    /// Spawns a task that runs until it ends or the node loses its power.
     ///
     /// # Panics
     /// Without power.
@@ -170,7 +170,7 @@ impl Unit {
     }
 }
 
-/// What firmware finds at power-on.
+/// Environment of firmware at power-on.
 pub(crate) struct Shell<'a> {
     spawner: Spawner,
     clock: &'a MockClock,
@@ -182,7 +182,7 @@ pub(crate) struct Shell<'a> {
 }
 
 impl Shell<'_> {
-    /// A power-on needs new memory: handles to the old node may still be in use.
+    /// Runs a node. Each power-on needs new memory, because handles to the old node may still be in use.
     fn run<N: Member>(&self, node: impl FnOnce() -> N) -> (Handle<N>, Events<N>) {
         let resources: &Resources<MockBoard, N> = Box::leak(Box::default());
         let (handle, events, runners) = resources.start(node, self.connection(), self.diagnostics);

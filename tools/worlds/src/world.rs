@@ -1,4 +1,4 @@
-//! Nodes on two buses, and the hands of the test: power, cables, frames of foreign nodes.
+//! Nodes on two buses, and the controls of the test: power, cables, frames of foreign nodes.
 
 use std::cell::{Cell, Ref, RefCell};
 use std::rc::Rc;
@@ -27,14 +27,14 @@ use crate::task::Task;
 use crate::timeline::{MAX_STEPS_PER_INSTANT, Timeline};
 use crate::unit::{Planned, Unit};
 
-/// Distance between neighbours on the cable: node n sits at n times this many metres, a second master after the last one.
+/// Distance between neighbours on the cable in metres: node n is at n times this, a second master after the last one.
 const SPACING_M: f64 = 2.0;
-/// From this node on neighbours are closer: a cable for 1 Mbit/s has 40 m.
+/// Node from which on neighbours are closer: a cable for 1 Mbit/s has 40 m.
 const CROWDED: u8 = 16;
 const CROWDED_SPACING_M: f64 = 0.05;
-/// From a slave board to the second one with its Node-ID.
+/// Distance from a slave board to the second one with its Node-ID, in metres.
 const BESIDE_M: f64 = 1.0;
-/// Where a cut separates the master, the first of two, from all slaves.
+/// Position of a cut that separates the master, the first of two, from all slaves, in metres.
 pub const NEXT_TO_MASTER_M: f64 = 3.0;
 
 /// A spacecraft's nodes and buses in virtual time.
@@ -47,13 +47,13 @@ pub struct World {
     entries: Rc<RefCell<Vec<Entry>>>,
 }
 
-/// Where a node sits, or something else after so many of them.
+/// Returns the position of a node, or of a stub after the last node.
 fn metres(places: u8) -> f64 {
     let crowded = places.saturating_sub(CROWDED);
     f64::from(places - crowded) * SPACING_M + f64::from(crowded) * CROWDED_SPACING_M
 }
 
-/// One bus: the wire, what is plugged in, what was seen.
+/// One bus: the wire, its controllers, and the observed frames.
 struct Cable {
     wire: Wire,
     plugs: Plugs,
@@ -65,10 +65,10 @@ struct Cable {
 /// The controllers of one wire: those of the boards, then the injector.
 struct Plugs {
     ports: Vec<MockPort>,
-    /// Takes part from its first frame on.
+    /// Foreign node, which takes part from its first frame on.
     injector: Station,
     timing: BitTiming,
-    /// Something about these controllers.
+    /// State of any of these controllers has changed.
     changed: Rc<Cell<bool>>,
 }
 
@@ -79,11 +79,11 @@ pub struct Sent {
     pub start: Time,
     /// End of EOF, both at the transmitter.
     pub end: Time,
-    /// Who; `None` is the injector.
+    /// Node that sent it; `None` is the injector.
     pub node: Option<NodeId>,
-    /// Which board; `None` is the injector.
+    /// Board that sent it; `None` is the injector.
     pub key: Option<NodeKey>,
-    /// What.
+    /// The frame.
     pub frame: WireFrame,
     /// Number of controllers that received it.
     pub receivers: usize,
@@ -155,7 +155,7 @@ impl World {
                     key => metres(key.node().get()),
                 });
             }
-            // The injector: at the end.
+            // The injector is at the end.
             let is_pair = units.iter().any(|unit| unit.key == NodeKey::SECOND_MASTER);
             wire.attach(metres(end + 1 + u8::from(is_pair)));
             let ports: Vec<_> = units.iter().map(|unit| unit.port(bus).clone()).collect();
@@ -177,12 +177,12 @@ impl World {
         &self.units
     }
 
-    /// The present.
+    /// Returns the present.
     pub fn now(&self) -> Time {
         self.timeline.now()
     }
 
-    /// Everything up to and including `end`.
+    /// Runs up to and including `end`.
     ///
     /// # Panics
     /// When time stands still, or `end` is in the past.
@@ -203,7 +203,7 @@ impl World {
         self.settle();
     }
 
-    /// Everything within `span` from now.
+    /// Runs for `span` from now.
     pub fn run_for(&mut self, span: Time) {
         self.run_until(self.now() + span);
     }
@@ -219,10 +219,10 @@ impl World {
         self.advance_wires();
     }
 
-    /// Lets boards and wires talk until neither has anything to say at this instant.
+    /// Runs boards and wires alternately until neither has work at this instant.
     ///
     /// # Panics
-    /// When they talk without end.
+    /// When they never finish.
     fn settle(&mut self) {
         for _ in 0..MAX_STEPS_PER_INSTANT {
             self.units.iter_mut().for_each(Unit::run);
@@ -241,21 +241,21 @@ impl World {
         }
     }
 
-    /// Lets something go wrong on a bus now, or heals it.
+    /// Applies a fault to a bus now, or its end.
     ///
     /// # Panics
-    /// When it cannot happen: a mistake in a test.
+    /// When the fault is impossible: a mistake in a test.
     pub fn strike(&mut self, bus: Bus, fault: Fault) {
         let at = self.now();
         self.cables[bus].wire.schedule(at, fault).expect("a fault of this wire");
     }
 
-    /// Cuts a bus now, so many metres from its left end.
+    /// Cuts a bus now, at `position_m` metres from its left end.
     pub fn cut(&mut self, bus: Bus, position_m: f64) {
         self.strike(bus, Fault::Cut { position_m });
     }
 
-    /// Heals every cut of a bus now.
+    /// Repairs every cut of a bus now.
     pub fn heal(&mut self, bus: Bus) {
         self.strike(bus, Fault::RestoreAll);
     }
@@ -266,7 +266,7 @@ impl World {
         self.units.iter().position(|unit| unit.key == key).expect("a node of this world")
     }
 
-    /// Whether the master's end of a bus was not recessive for as long as an idle bus is.
+    /// Returns whether the bus is not idle at the master's end.
     pub fn is_busy(&self, bus: Bus) -> bool {
         !self.cables[bus].wire.is_idle(0)
     }
@@ -276,7 +276,7 @@ impl World {
         self.cables[bus].wire.counters()
     }
 
-    /// Switches a node on; nothing happens when it is.
+    /// Switches a node on. Has no effect if it is on.
     pub fn power_on(&mut self, node: impl Into<NodeKey>) {
         let unit = self.unit_mut(node);
         if !unit.is_powered() {
@@ -289,7 +289,7 @@ impl World {
         self.unit_mut(node).power_off();
     }
 
-    /// Off and on again.
+    /// Switches a node off and on again.
     pub fn reset(&mut self, node: impl Into<NodeKey>) {
         let node = node.into();
         self.power_off(node);
@@ -301,7 +301,7 @@ impl World {
         self.unit(node).is_powered()
     }
 
-    /// A foreign node at the end of the cable sends a frame as soon as the bus lets it.
+    /// Makes a foreign node at the end of the cable send a frame as soon as possible.
     pub fn inject(&mut self, bus: Bus, frame: WireFrame) {
         let now = self.now();
         let plugs = &mut self.cables[bus].plugs;
@@ -332,7 +332,7 @@ impl World {
         self.request(MasterRequest::Nmt(NmtMessage { command, target }));
     }
 
-    /// Lets the application of a node do something more, until it is done or the node loses its power.
+    /// Spawns a future in the application of a node, which runs until it ends or the node loses its power.
     ///
     /// # Panics
     /// When the node is off: a mistake in a test.
@@ -346,7 +346,7 @@ impl World {
         task
     }
 
-    /// The master, until it is reset or loses its power.
+    /// Returns a handle of the master, valid until it is reset or loses its power.
     ///
     /// # Panics
     /// When it is off, or of another device: a mistake in a test.
@@ -354,7 +354,7 @@ impl World {
         self.node(NodeKey::MASTER)
     }
 
-    /// A slave, until it is reset or loses its power.
+    /// Returns a handle of a slave, valid until it is reset or loses its power.
     ///
     /// # Panics
     /// When it is off, or of another device: a mistake in a test.
@@ -362,7 +362,7 @@ impl World {
         self.node(node)
     }
 
-    /// The node of a board, until it is reset or loses its power.
+    /// Returns a handle of the node of a board, valid until it is reset or loses its power.
     ///
     /// # Panics
     /// When it is off, or of another type: a mistake in a test.
@@ -380,7 +380,7 @@ impl World {
         self.running(node).write(at, value).expect("the value is allowed");
     }
 
-    /// A node as it is now.
+    /// Returns the present status of a node.
     ///
     /// # Panics
     /// When it is off, or a minimal slave: a mistake in a test.
@@ -388,12 +388,12 @@ impl World {
         self.running(node).status().expect("a node with an object dictionary")
     }
 
-    /// What happened so far.
+    /// Returns all events so far.
     pub fn log(&self) -> Ref<'_, [Entry]> {
         Ref::map(self.entries.borrow(), Vec::as_slice)
     }
 
-    /// What happened on one node so far, in the order of time.
+    /// Returns the events of one node so far, in chronological order.
     pub fn log_of(&self, node: impl Into<NodeKey>) -> Vec<(Time, NodeEvent)> {
         let key = node.into();
         self.log().iter().filter(|entry| entry.key == key).map(|entry| (entry.at, entry.what)).collect()
@@ -404,17 +404,18 @@ impl World {
         &self.cables[bus].seen
     }
 
-    /// Frames whose transmitter left the bus, or lost power, before their end.
+    /// Returns the number of frames whose transmitter left the bus, or lost power, before their end.
     pub fn torn_frames(&self, bus: Bus) -> usize {
         self.cables[bus].torn
     }
 
-    /// Frames that a node received and nobody sent.
+    /// Returns the number of frames that a node received although no node sent them.
     pub fn misread_frames(&self, bus: Bus) -> usize {
         self.cables[bus].misread
     }
 
-    /// NMT state of a slave as it told its application; `None` without power. A minimal slave is always Operational.
+    /// Returns the NMT state of a slave as reported to its application; `None` without power. A minimal slave is always
+    /// Operational.
     pub fn state(&self, node: NodeId) -> Option<NmtState> {
         self.last(node, |event| match event {
             NodeEvent::Slave(SlaveEvent::State(state)) => Some(*state),
@@ -423,7 +424,7 @@ impl World {
         })
     }
 
-    /// The bus a slave considers active; `None` without power.
+    /// Returns the bus that a slave considers active; `None` without power.
     pub fn active(&self, node: NodeId) -> Option<Bus> {
         self.last(node, |event| match event {
             NodeEvent::Slave(SlaveEvent::ActiveBus { bus, .. })

@@ -1,4 +1,4 @@
-//! One emulated board: a core, its peripherals, a crystal, straps, a debug probe that listens.
+//! One emulated board: a core, its peripherals, a crystal, straps, and a debug probe that reads the log.
 
 mod access;
 mod debug;
@@ -42,64 +42,64 @@ pub use crate::memory::NotMemory;
 use crate::model::Model;
 use crate::peripherals::{Clocks, IrqLevels, Peripherals, PinChange};
 use crate::pin::Pin;
-use crate::rtt::{Line, Rtt};
+use crate::rtt::{LogLine, Rtt};
 
-/// What a board is made of and where it sits.
+/// Configuration of a board: model, program, hardware and position.
 #[derive(Clone, Debug)]
 pub struct BoardConfig {
-    /// For logs and errors.
+    /// Name in logs and errors.
     pub name: String,
-    /// Which board it is.
+    /// Model of the board.
     pub model: Model,
     /// The program in flash.
     pub image: Arc<Image>,
     /// Pins that the harness ties to a level; the others float.
     pub straps: Vec<(Pin, bool)>,
-    /// What the clocks of the chip follow.
+    /// Crystal that drives the clocks of the chip.
     pub crystal: Crystal,
-    /// Where it hangs on both wires, metres.
+    /// Position on both wires, in metres.
     pub position_m: f64,
-    /// When power comes up.
+    /// Instant of power-on.
     pub power_on_at: Time,
     /// Wires and surroundings.
     pub fittings: Fittings,
 }
 
-/// Whether a board's core runs.
+/// State of a board's core.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum State {
     /// Without power.
     Off,
     /// Executing, or asleep until an interrupt.
     Running,
-    /// In a HardFault handler that will never leave its loop. Peripherals go on.
+    /// In a HardFault handler that loops for ever. Peripherals continue.
     Stuck,
-    /// A debugger has halted it ([`EmulatedBoard::halt`]). Peripherals go on.
+    /// Halted by a debugger ([`EmulatedBoard::halt`]). Peripherals continue.
     Halted,
-    /// Locked up: a fault that no handler can take. Peripherals go on.
+    /// Locked up: a fault that no handler can take. Peripherals continue.
     LockedUp,
     /// Stopped at an access that the model refused.
     Refused(AccessError),
 }
 
-/// What happened to a board since the start of the simulation.
+/// Counters of a board since the start of the simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Instructions executed, exception entries included.
     pub instructions: u64,
     /// Core cycles awake, by the core's timing model and the flash's ([`FlashTiming`]).
     pub cycles_awake: u64,
-    /// Panic messages, and HardFaults that no panic message announced.
+    /// Panic messages, and HardFaults without a panic message before.
     pub panics: u64,
     /// Lock-ups of the core.
     pub lockups: u64,
-    /// Resets that the program asked for (AIRCR.SYSRESETREQ).
+    /// Resets requested by the program (AIRCR.SYSRESETREQ).
     pub system_resets: u64,
     /// Resets by the independent watchdog.
     pub watchdog_resets: u64,
-    /// Bytes, half-words and words that the program began to put into flash.
+    /// Bytes, half-words and words whose programming into flash the program began.
     pub flash_programs: u64,
-    /// Sectors of flash that it began to erase.
+    /// Sectors of flash whose erase the program began.
     pub flash_erases: u64,
     /// Log frames that did not decode.
     pub malformed_logs: u64,
@@ -115,26 +115,26 @@ pub struct EmulatedBoard {
     state: State,
     asleep: bool,
     lines: IrqLevels,
-    /// Interrupt lines of the CAN controllers, of which `lines` were made.
+    /// Interrupt lines of the CAN controllers from which `lines` was derived.
     can_lines: [IrqLines; 2],
     nmi: bool,
     /// The cycle of the next event of a timer, the RTC, the watchdog or the flash; `u64::MAX` without one.
     timer_event: u64,
     spin: Spin,
-    /// When the watchdog runs out, and the cycle at which that is noticed.
+    /// Deadline of the watchdog, and the cycle at which it is detected.
     watchdog: Option<(Time, u64)>,
     flash: FlashCare,
     captures_exchanged: bool,
     rtt: Rtt,
-    log: Vec<Line>,
+    log: Vec<LogLine>,
     edges: Vec<Edge>,
     panicked: bool,
     counters: Counters,
     /// Frames admitted before the last reset.
     admitted_before: u64,
-    /// Why CAN1 and CAN2 reach no bus, as it was last logged.
+    /// Reason, as last logged, why CAN1 and CAN2 reach no bus.
     unconnected: [Option<String>; 2],
-    /// Of CAN1 and CAN2.
+    /// Participation of CAN1 and CAN2 in their buses.
     participation: [Participation; 2],
     warnings: Vec<String>,
 }
@@ -214,17 +214,17 @@ impl EmulatedBoard {
         }
     }
 
-    /// As configured.
+    /// Returns the configuration.
     pub fn config(&self) -> &BoardConfig {
         &self.config
     }
 
-    /// Whether the core runs.
+    /// Returns the state of the core.
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// What happened so far.
+    /// Returns the counters.
     pub fn counters(&self) -> Counters {
         Counters { malformed_logs: self.rtt.malformed, ..self.counters }
     }
@@ -273,9 +273,9 @@ impl EmulatedBoard {
         self.refresh();
     }
 
-    /// The receive line of a bus changes to these levels (high is recessive) at these instants, in the order of time. An instant may lie
-    /// before the board's present by as much as the board ran ahead, and the timer captures the count of that instant. The program meets
-    /// what follows from it (interrupt, DMA) from now on.
+    /// Changes the receive line of a bus to these levels (high is recessive) at these instants, in chronological order.
+    /// An instant may be before the board's present by the time that the board ran ahead; the timer captures the count
+    /// of that instant. The program sees the consequences (interrupt, DMA) from now on.
     pub fn can_rx_edges(&mut self, side: Side, edges: impl IntoIterator<Item = (Time, bool)>) {
         if !self.config.fittings.capture_wires {
             return;
@@ -296,19 +296,19 @@ impl EmulatedBoard {
         }
     }
 
-    /// What TIM5, whose captures stamp frames, counts at `at`, by the board's own crystal and without the timer's
-    /// rounding. `at` may lie in the past as long as neither the clock tree nor the counter was set since.
+    /// Returns the count of TIM5, whose captures stamp frames, at `at`, by the board's own crystal and without
+    /// rounding. `at` may be in the past if neither the clock tree nor the counter was set since.
     pub fn capture_clock(&self, at: Time) -> f64 {
         self.chip.peripherals.capture_clock(self.chip.clock.cycle_at(at))
     }
 
-    /// The debug probe sets the log to blocking mode and is pulled out; nobody reads the log from now on.
+    /// Sets the log to blocking mode and removes the debug probe. The log is no longer read.
     pub fn pull_probe(&mut self) {
         self.drain();
         self.rtt.pull(&mut self.chip.memory);
     }
 
-    /// FLASH_ACR as the program left it.
+    /// Returns FLASH_ACR as last set by the program.
     pub fn flash_acr(&self) -> u32 {
         self.chip.peripherals.flash.acr
     }
@@ -318,7 +318,7 @@ impl EmulatedBoard {
         self.chip.peripherals.pin_level(pin)
     }
 
-    /// What a CAN controller did since power-on.
+    /// Returns the statistics of a CAN controller since power-on.
     pub fn can_stats(&self, side: Side) -> Stats {
         self.chip.peripherals.can.stats(side)
     }
@@ -331,7 +331,7 @@ impl EmulatedBoard {
         self.chip.peripherals.can.read(offset)
     }
 
-    /// Writes such a register now, as the program does. For a bit that flips in it.
+    /// Writes a register of the CAN controllers now, as the program would. Use it to flip bits.
     ///
     /// # Errors
     /// [`BadAccess`] where there is no register.
@@ -342,12 +342,12 @@ impl EmulatedBoard {
         Ok(())
     }
 
-    /// CAN_BTR of a controller, as the program left it.
+    /// Returns CAN_BTR of a controller as last set by the program.
     pub fn can_btr(&self, side: Side) -> u32 {
         self.chip.peripherals.can.btr(side)
     }
 
-    /// Bits of a CAN controller, by the board's crystal; `None` while it takes part in no bus.
+    /// Returns the bit timing of a CAN controller by the board's crystal; `None` while it takes part in no bus.
     pub fn bit_timing(&self, side: Side) -> Option<BitTiming> {
         Some(self.chip.peripherals.can_registers(side)?.attachment()?.timing)
     }
@@ -371,14 +371,14 @@ impl EmulatedBoard {
         std::mem::take(&mut self.chip.peripherals.pin_changes)
     }
 
-    /// What the twin found that image and board do not agree on since the start of the simulation, each once: a controller behind other
-    /// pins than its transceiver, an unusual bit rate. The log has it, too.
+    /// Returns mismatches of image and board since the start of the simulation, each once: a controller on other pins
+    /// than its transceiver, an unusual bit rate. They are also in the log.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
     /// Log lines since the last call.
-    pub fn take_log(&mut self) -> Vec<Line> {
+    pub fn take_log(&mut self) -> Vec<LogLine> {
         std::mem::take(&mut self.log)
     }
 
@@ -386,12 +386,12 @@ impl EmulatedBoard {
         &mut self.chip.peripherals
     }
 
-    /// Whether it has power.
+    /// Returns whether the board has power.
     pub fn is_powered(&self) -> bool {
         self.state != State::Off
     }
 
-    /// The transceiver that a controller is connected with, named by the controller whose bus it is on.
+    /// Returns the transceiver to which a controller is connected, named by the controller of its bus.
     pub(crate) fn transceiver(&self, controller: Side) -> Option<Side> {
         match self.config.fittings.transceiver_switch {
             None => Some(controller),

@@ -1,7 +1,7 @@
-//! The chip around its core: memories, flash accelerator, peripherals and clock, as the core's bus reaches them.
+//! The chip around its core: memories, flash accelerator, peripherals and clock, as accessed by the core's bus.
 //!
-//! Flash is read through the accelerator, which counts waits and may show an outdated line. Stores to flash go to the interface that
-//! programs it. Code does not run from CCM, which is connected to the data bus alone (RM0090 2.3.1).
+//! Flash is read through the accelerator, which counts waits and may show an outdated line. Stores to flash go to the
+//! interface that programs it. Code does not run from CCM, which is connected to the data bus only (RM0090 2.3.1).
 //!
 //! The inlining attributes here, in `memory` and in `accelerator` serve the row `twin.host_instructions` of `cargo xtask bench`.
 
@@ -19,16 +19,16 @@ use crate::peripherals::{Peripherals, is_reserved};
 const HARD_FAULT_VECTOR: u32 = 12;
 const TABLE_ALIGNMENT: u32 = 128;
 
-/// Everything of a chip but its core.
+/// A chip without its core.
 #[derive(Clone, Debug)]
 pub(crate) struct Chip {
     pub memory: Memory,
     pub accelerator: Accelerator,
     pub peripherals: Peripherals,
     pub clock: BoardClock,
-    /// The cycle at which the instruction under way began.
+    /// Cycle at which the present instruction began.
     cycle: u64,
-    /// The board has to look at the chip after the instruction under way.
+    /// The board has to update its state after the present instruction.
     pub needs_attention: bool,
     /// The first access that was refused.
     pub refused: Option<RefusedAccess>,
@@ -81,7 +81,7 @@ impl Chip {
     }
 
     fn write_peripheral(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
-        // The interface of the flash takes stores to it, but not where it answers at zero.
+        // Stores to flash go to its interface, but not at the mapping from zero on.
         let is_flash = matches!(self.memory.place(address), Some(Place::Flash(_)) if address >= FLASH_BASE);
         if !is_peripheral(address) && !is_flash {
             return Err(self.refuse(address, true, Refusal::Unmodelled));
@@ -94,8 +94,8 @@ impl Chip {
         result.map_err(|refusal| self.refuse(address, true, refusal))
     }
 
-    /// Notes a refused access, at which the board stops. A reserved address answers with a bus fault on the real part too: there the
-    /// program goes on in its handler.
+    /// Records a refused access, at which the board stops. A reserved address causes a bus fault on the real part too;
+    /// there the program continues in its handler.
     #[cold]
     fn refuse(&mut self, address: u32, write: bool, refusal: Refusal) -> BusError {
         if !is_reserved(self.peripherals.part, address) {

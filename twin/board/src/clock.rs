@@ -1,8 +1,8 @@
 //! A board's own clock: core cycles against the virtual time of the spacecraft.
 //!
 //! The length of a cycle is a fraction of integers that contains the crystal's error, and the remainder is carried:
-//! after any number of cycles the board is where exact arithmetic puts it. A crystal that drifts or makes noise has stretches
-//! of one frequency each, so that time is a function of the cycle count alone, whatever the strides are.
+//! after any number of cycles the time is exact. A crystal with drift or noise has stretches of constant frequency, so
+//! that time is a function of the cycle count only, independent of the step size.
 
 use std::cell::RefCell;
 
@@ -20,23 +20,23 @@ const FINE: u64 = 1_000_000_000_000;
 /// Cycles of one length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stretch {
-    /// Where it begins, with `remainder` of the fraction of a tick.
+    /// Start of the stretch, with `remainder` of the fraction of a tick.
     start: Now,
     remainder: u64,
-    /// Where another one begins.
+    /// Start of the next stretch.
     end: Now,
     /// A cycle lasts `numerator / denominator` ticks.
     numerator: u64,
     denominator: u64,
 }
 
-/// Where a stretch ends that lasts for ever.
+/// End of a stretch that lasts for ever.
 const NEVER: Now = Now { cycle: u64::MAX, time: Time::NEVER };
 
 impl Stretch {
-    /// The beginning of `cycle`: the tick that has begun, and what has passed of it.
+    /// Returns the beginning of `cycle`: its tick, and the elapsed part of that tick.
     fn at(&self, cycle: u64) -> (Time, u64) {
-        // The row twin.host_instructions is better with numbers of 64 bits, which nearly always do.
+        // Numbers of 64 bits suffice nearly always and improve the row twin.host_instructions.
         let short = cycle.checked_sub(self.start.cycle).and_then(|cycles| cycles.checked_mul(self.numerator));
         if let Some(span) = short.and_then(|span| span.checked_add(self.remainder)) {
             return (self.start.time + Time(span / self.denominator), span % self.denominator);
@@ -73,12 +73,12 @@ impl Stretch {
 struct Stretches {
     frequency: Frequency,
     hclk: u64,
-    /// Without gaps; empty while one length lasts for ever.
+    /// Stretches without gaps; empty while the length of a cycle is constant.
     all: Vec<Stretch>,
 }
 
 impl Stretches {
-    /// Starts again, from `start` on; the first stretch.
+    /// Starts again from `start` on. Returns the first stretch.
     fn restart(&mut self, start: Now, hclk: u64) -> Stretch {
         self.all.clear();
         self.hclk = hclk;
@@ -97,7 +97,7 @@ impl Stretches {
         stretch
     }
 
-    /// Adds stretches as long as `wanted` holds for the end of the last one.
+    /// Adds stretches as long as `wanted` returns true for the end of the last one.
     fn extend(&mut self, wanted: impl Fn(Now) -> bool) {
         while let Some(last) = self.all.last().filter(|last| wanted(last.end)) {
             let (end, (_, remainder)) = (last.end, last.at(last.end.cycle));
@@ -105,7 +105,7 @@ impl Stretches {
         }
     }
 
-    /// The last stretch whose start is not after what is asked for: `is_reached` says so of an instant.
+    /// Returns the last stretch for whose start `is_reached` returns true.
     fn last(&mut self, is_reached: impl Fn(Now) -> bool) -> Option<Stretch> {
         self.extend(&is_reached);
         let n = self.all.partition_point(|stretch| is_reached(stretch.start));
@@ -113,13 +113,13 @@ impl Stretches {
     }
 }
 
-/// Where a board stands.
+/// Clock of a board.
 #[derive(Clone, Debug)]
 pub struct BoardClock {
     now: Now,
-    /// Of the last cycle's fraction.
+    /// Remainder of the last cycle's fraction.
     remainder: u64,
-    /// Holds the present.
+    /// Stretch that contains the present.
     stretch: Stretch,
     stretches: RefCell<Stretches>,
 }
@@ -135,13 +135,13 @@ impl BoardClock {
         BoardClock { now: start, remainder: 0, stretch, stretches }
     }
 
-    /// The present.
+    /// Returns the present.
     pub fn now(&self) -> Now {
         self.now
     }
 
-    /// Sets the cycle's length; the fraction of a tick under way is dropped. Returns the length of a PCLK1 tick, of a crystal
-    /// that drifts that of the present.
+    /// Sets the cycle's length; the fraction of the present tick is dropped. Returns the length of a PCLK1 tick; for a
+    /// crystal that drifts, the present one.
     pub fn set(&mut self, clocks: Clocks) -> PclkTick {
         self.remainder = 0;
         let stretches = self.stretches.get_mut();
@@ -165,12 +165,12 @@ impl BoardClock {
         PclkTick::new(self.stretch.numerator * clocks.apb1_divider, self.stretch.denominator)
     }
 
-    /// Lets cycles pass until `time` is reached, not one more.
+    /// Advances by the fewest cycles that reach `time`.
     pub fn advance_to(&mut self, time: Time) {
         self.advance_to_cycle(self.cycle_reaching(time));
     }
 
-    /// The first cycle that does not begin before `time`; the present one if `time` is past.
+    /// Returns the first cycle that does not begin before `time`; the present one if `time` is past.
     pub fn cycle_reaching(&self, time: Time) -> u64 {
         if time <= self.now.time {
             return self.now.cycle;
@@ -179,7 +179,7 @@ impl BoardClock {
         stretch.start.cycle + stretch.cycles_to(time)
     }
 
-    /// Lets cycles pass until the cycle count is `cycle`.
+    /// Advances until the cycle count is `cycle`.
     pub fn advance_to_cycle(&mut self, cycle: u64) {
         if cycle > self.now.cycle {
             self.go_to(cycle);
@@ -209,30 +209,30 @@ impl BoardClock {
         other.unwrap_or_else(|| self.present())
     }
 
-    /// The present stretch as seen from now: short numbers are divided faster.
+    /// Returns the present stretch with its start moved to now: short numbers are divided faster.
     fn present(&self) -> Stretch {
         Stretch { start: self.now, remainder: self.remainder, ..self.stretch }
     }
 
-    /// The instant at which the cycle count will be `cycle`, or was.
+    /// Returns the past or future instant at which the cycle count is `cycle`.
     pub fn time_at(&self, cycle: u64) -> Time {
         self.stretch_of(cycle).at(cycle).0
     }
 
-    /// When the cycle `cycle` begins, which may lie in the past: the tick that has begun, and how much of it has passed.
+    /// Returns the beginning of `cycle`, which may be in the past: its tick, and the elapsed fraction of that tick.
     pub fn exact_time_at(&self, cycle: u64) -> (Time, f64) {
         let stretch = self.stretch_of(cycle);
         let (time, remainder) = stretch.at(cycle);
         (time, remainder as f64 / stretch.denominator as f64)
     }
 
-    /// The cycle that runs at `time`, which may lie in the past: before the clock tree was set as if its cycles had been as long
-    /// as then.
+    /// Returns the cycle at `time`, which may be in the past. Before the clock tree was set the length of a cycle
+    /// counts as constant.
     pub fn cycle_at(&self, time: Time) -> u64 {
         self.stretch_at(time).cycle_at(time)
     }
 
-    /// Without power no cycles pass.
+    /// Advances the time without cycles, as without power.
     pub fn jump_to(&mut self, time: Time) {
         self.now.time = time;
         self.stretches.get_mut().all.clear();

@@ -1,27 +1,27 @@
 //! Crystals: offset, drift, temperature and noise of the oscillator of a board.
 //!
-//! The fractional frequency y (1e-6 is a part per million) is constant over steps of [`Crystal::STEP`] of virtual time, and a
-//! function of the crystal and the time alone: neither the program nor the quantum of the simulation changes it.
+//! The fractional frequency y (1e-6 is a part per million) is constant over steps of [`Crystal::STEP`] of virtual time,
+//! and depends only on the crystal and the time, not on the program or the quantum of the simulation.
 
 use can_wire::time::Time;
 
-/// A change of temperature, as the frequency shows it.
+/// Change of the frequency by a change of temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
-    /// When the frequency begins to change.
+    /// Start of the change.
     pub from: Time,
-    /// When it has changed, later than `from`.
+    /// End of the change, later than `from`.
     pub to: Time,
-    /// By how much it changes meanwhile, parts per million, at a constant rate.
+    /// Total change, in parts per million, at a constant rate.
     pub ppm: f64,
 }
 
 /// An oscillator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crystal {
-    /// How much it runs fast at time zero, parts per million, within ±1000.
+    /// Frequency error at time zero, in parts per million, within ±1000. Positive: fast.
     pub ppm: f64,
-    /// Change of that, parts per million in a second.
+    /// Drift of the error, in parts per million per second.
     pub drift_ppm_per_s: f64,
     /// A change of temperature.
     pub ramp: Option<Ramp>,
@@ -29,12 +29,12 @@ pub struct Crystal {
     pub white_ppb: f64,
     /// Random walk of the frequency: standard deviation of the change in 1 s, parts per billion.
     pub walk_ppb: f64,
-    /// Of both noises.
+    /// Seed of both noises.
     pub seed: u64,
 }
 
 impl Crystal {
-    /// For so long the frequency is constant.
+    /// Length of a step with constant frequency.
     pub const STEP: Time = Time::from_ms(5);
 
     /// A crystal that is `ppm` parts per million fast for ever.
@@ -42,7 +42,7 @@ impl Crystal {
         Crystal { ppm, drift_ppm_per_s: 0.0, ramp: None, white_ppb: 0.0, walk_ppb: 0.0, seed: 0 }
     }
 
-    /// One frequency for ever.
+    /// Returns whether the frequency is constant.
     pub(crate) fn is_steady(&self) -> bool {
         *self == Crystal { seed: self.seed, ..Crystal::ppm(self.ppm) }
     }
@@ -56,7 +56,7 @@ impl Crystal {
         1e-6 * (self.ppm + self.drift_ppm_per_s * at.as_secs_f64() + ramp)
     }
 
-    /// How far it is ahead after each step of `span`, seconds, beginning with zero at time zero.
+    /// Returns the phase, in seconds ahead, after each step of `span`, beginning with zero at time zero.
     pub fn phase(&self, span: Time) -> Vec<f64> {
         let mut frequency = Frequency::new(*self);
         let mut phase = 0.0;
@@ -93,7 +93,7 @@ fn deviation(phase: &[f64], count: usize, tau: f64) -> f64 {
 pub(crate) struct Frequency {
     pub(crate) crystal: Crystal,
     random: fastrand::Rng,
-    /// Where the random walk is.
+    /// Present value of the random walk.
     walk: f64,
     known: Vec<f64>,
 }
@@ -116,7 +116,8 @@ impl Frequency {
         self.known[step]
     }
 
-    /// A number of standard deviation 1 and nearly normal: the sum of twelve uniform ones. The same on every computer.
+    /// Returns a nearly normal random number with standard deviation 1: the sum of twelve uniform ones. It is the same
+    /// on every computer.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.random.f64()).sum::<f64>() - 6.0
     }

@@ -55,15 +55,15 @@ pub const FILE: &str = "board.toml";
 /// A board as its file describes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Description {
-    /// Its name: that of its folder, and of the cargo feature of its images.
+    /// Name of the board, its folder, and the cargo feature of its images.
     pub name: String,
-    /// Its part as the file has it, and as a debug probe knows it.
+    /// Name of the part in the file, which debug probes use.
     pub chip: String,
-    /// What is emulated.
+    /// Model that is emulated.
     pub model: Model,
 }
 
-/// Why a description was refused: file, field, what was found, what is allowed.
+/// Error of a description: file, field, the value found, the values allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Wrong(String);
@@ -80,7 +80,7 @@ impl Description {
         Description::parse(&String::from_utf8_lossy(&text), &path.display().to_string())
     }
 
-    /// Parses the text of a description; `file` stands in errors.
+    /// Parses the text of a description; errors name `file`.
     ///
     /// # Errors
     /// When it describes no board that the twin can emulate.
@@ -98,7 +98,7 @@ impl Description {
         Description::read(&folder().join(name)).unwrap_or_else(|wrong| panic!("{wrong}"))
     }
 
-    /// Names of the boards of this project, in the order of the alphabet.
+    /// Returns the names of the boards of this project, in alphabetical order.
     pub fn names() -> Vec<String> {
         let entries = std::fs::read_dir(folder()).into_iter().flatten().flatten();
         let boards = entries.filter(|entry| entry.path().join(FILE).is_file());
@@ -126,10 +126,10 @@ pub fn folder() -> PathBuf {
     root.unwrap_or(Path::new("")).join("boards")
 }
 
-/// Reads an oscillator: `8MHz` or `8MHz crystal` is a crystal, `8MHz external` a clock from outside.
+/// Reads an oscillator: `8MHz` or `8MHz crystal` is a crystal, `8MHz external` an external clock.
 ///
 /// # Errors
-/// What is wrong, and what is allowed.
+/// The invalid value and the allowed values.
 pub fn oscillator(text: &str) -> Result<Oscillator, String> {
     let (frequency, kind) = text.split_once([' ', ',']).unwrap_or((text, "crystal"));
     check::oscillator(frequency, kind).map_err(|(_, error)| error)

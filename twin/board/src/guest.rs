@@ -1,7 +1,7 @@
-//! A foreign controller on one wire: sends what it is handed, acknowledges and keeps what it hears.
+//! A foreign controller on one wire: sends frames on request, acknowledges and stores received frames.
 //!
-//! It has no program: it repeats a frame until it is out, and comes back from bus-off by itself. It can leave the bus and
-//! come back, as an adapter does whose user opens and closes it.
+//! It has no program: it repeats a frame until it is sent, and recovers from bus-off automatically. It can leave and
+//! rejoin the bus, as an adapter that is closed and opened.
 
 use std::collections::VecDeque;
 
@@ -13,21 +13,21 @@ use can_wire::timing::BitTiming;
 /// How a guest takes part in its bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Presence {
-    /// Not at all: as if it were not connected.
+    /// As if not connected.
     Away,
-    /// It hears, and drives nothing: no frame, no acknowledgement.
+    /// Receives, and drives nothing: no frame, no acknowledgement.
     Listening,
-    /// It sends, acknowledges and flags errors like any node.
+    /// Sends, acknowledges and flags errors like any node.
     #[default]
     Present,
 }
 
-/// What a guest's controller reports.
+/// Event of a guest's controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GuestEvent {
-    /// A frame of another node is valid.
+    /// A frame of another node was received.
     Received(WireFrame),
-    /// The frame that waited longest was acknowledged and completed.
+    /// The oldest waiting frame was sent and acknowledged.
     Sent(WireFrame),
 }
 
@@ -36,7 +36,7 @@ pub enum GuestEvent {
 pub(crate) struct Guest {
     timing: BitTiming,
     presence: Presence,
-    /// What waits and from when on, in the order of sending.
+    /// Waiting frames with the instants from which on they may be sent, in the order of sending.
     pub(crate) waiting: VecDeque<(Time, WireFrame)>,
     pub(crate) heard: Vec<(Time, GuestEvent)>,
 }
@@ -46,7 +46,7 @@ impl Guest {
         Guest { timing, presence: Presence::default(), waiting: VecDeque::new(), heard: Vec::new() }
     }
 
-    /// Takes part like that from now on. What waits is dropped when it can no longer be sent.
+    /// Changes how the guest takes part from now on. Waiting frames are dropped if they can no longer be sent.
     pub(crate) fn become_present(&mut self, presence: Presence) {
         if presence != Presence::Present {
             self.waiting.clear();

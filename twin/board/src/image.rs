@@ -1,4 +1,4 @@
-//! A firmware image: what goes into flash, its symbols, its log table.
+//! A firmware image: content of flash, symbols, log table.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -15,7 +15,7 @@ const FLASH_BASE: u64 = 0x0800_0000;
 const FLASH_LEN: u64 = 1 << 20;
 /// CCM and SRAM. The stack grows down from the end of one of them.
 const RAM: RangeInclusive<u32> = 0x1000_0001..=0x3000_0000;
-/// Absolute symbol of images that say which chip they are for. Its value is DEV_ID of DBGMCU_IDCODE.
+/// Absolute symbol of images that declare their chip. Its value is DEV_ID of DBGMCU_IDCODE.
 const DEVICE_ID: &str = "__device_id";
 
 /// Name, place and size of a variable or function.
@@ -30,7 +30,7 @@ pub struct Symbol {
 /// A parsed ELF file. Boards share it.
 #[derive(Default)]
 pub struct Image {
-    /// Source of all else, for those who name an image by its hash.
+    /// The ELF file, from which an image is identified by its hash.
     elf: Vec<u8>,
     flash: Vec<u8>,
     code: OnceLock<Code>,
@@ -41,11 +41,11 @@ pub struct Image {
     log: Option<Result<Table, String>>,
 }
 
-/// What an image without linker script lacks.
+/// Hint for an image that was built without linker script.
 const LINKER_SCRIPT: &str = "addresses and vector table come from the linker script: add a build.rs with the link argument -Tlink.x to \
                              the package of the image";
 
-/// Why a file is no image for this part.
+/// Reason why a file is not a usable image.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// Not an ELF file, or a damaged one.
@@ -62,7 +62,7 @@ pub enum ImageError {
     NoVectorTable(usize),
 }
 
-/// Why an image cannot fly on a part.
+/// Reason why an image cannot run on a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Misfit {
     /// It was linked for another chip.
@@ -165,13 +165,13 @@ impl Image {
         &self.flash
     }
 
-    /// The content of flash, decoded once for all boards that fly the image.
+    /// The content of flash, decoded once for all boards that run the image.
     pub(crate) fn code(&self) -> &Code {
         self.code.get_or_init(|| Code::decode(FLASH_BASE as u32, &self.flash))
     }
 
-    /// A variable or function by its name: that of the ELF file, its path in Rust, or the end of the path of one alone, such as
-    /// `DIAGNOSTICS`. Of several instances of a generic function it is one.
+    /// Returns a variable or function by its name: that in the ELF file, its path in Rust, or the end of a path if it
+    /// is unique, such as `DIAGNOSTICS`. Of several instances of a generic function it returns one.
     pub fn symbol(&self, name: &str) -> Option<Symbol> {
         self.symbols.get(name).copied().or_else(|| {
             let is_end =
@@ -182,11 +182,11 @@ impl Image {
         })
     }
 
-    /// Checks that the image was linked for this part, by its symbol `__device_id`. An image without that symbol is taken for any
-    /// part whose flash is large enough.
+    /// Checks that the image was linked for this part, by its symbol `__device_id`. An image without that symbol is
+    /// accepted for any part whose flash is large enough.
     ///
     /// # Errors
-    /// [`Misfit`], see there.
+    /// [`Misfit`].
     pub fn check_part(&self, part: Part) -> Result<(), Misfit> {
         let linked_for = self.symbols.get(DEVICE_ID).map(|symbol| symbol.address);
         if let Some(linked_for) = linked_for.filter(|id| *id != part.device_id()) {
@@ -203,16 +203,18 @@ impl Image {
         (address - place.address < place.size).then_some(name)
     }
 
-    /// What decodes the image's log; `None` for an image that does not log by defmt.
+    /// Returns the table that decodes the image's log; `None` for an image that does not log by defmt.
     ///
     /// # Errors
-    /// When its section `.defmt` does not parse, such as one of another version: the image flies, and its log is not shown.
+    /// When its section `.defmt` cannot be parsed, for example because of its version. The image runs, and its log is
+    /// not shown.
     pub fn log_table(&self) -> Result<Option<&Table>, &str> {
         self.log.as_ref().map(|table| table.as_ref().map_err(String::as_str)).transpose()
     }
 }
 
-/// Whether flash begins with what the core loads at reset (ARMv7-M B1.5.5): a stack pointer in RAM, and the address of Thumb code in flash.
+/// Returns whether flash begins with valid reset values (ARMv7-M B1.5.5): a stack pointer in RAM, and the address of
+/// Thumb code in flash.
 fn has_vector_table(flash: &[u8]) -> bool {
     let word = |at: usize| Some(u32::from_le_bytes(flash.get(at..at + 4)?.try_into().ok()?));
     let (Some(stack), Some(reset)) = (word(0), word(4)) else { return false };
@@ -285,7 +287,7 @@ mod tests {
         file
     }
 
-    /// Given an image whose log is of an unknown version, then it flies, and the reason is kept.
+    /// Given an image whose log has an unknown version, then it runs, and the reason is stored.
     #[test]
     fn image_flies_without_the_log_that_is_not_understood() {
         let image = Image::parse(&elf_with_unknown_log()).unwrap();
@@ -302,7 +304,7 @@ mod tests {
         assert_eq!(image.symbol("_SEGGER_RTT"), None);
     }
 
-    /// Without a linker script an image has no content, or content that no core starts from.
+    /// Given images that were linked without a linker script, then they have no content, or no valid vector table.
     #[test]
     fn image_without_vector_table_is_refused_with_the_cause() {
         let changed = |at: usize, byte: u8| {

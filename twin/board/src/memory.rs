@@ -10,8 +10,8 @@ use crate::peripherals::Ram;
 
 const CCM_BASE: u32 = 0x1000_0000;
 const RAM_BASE: u32 = 0x2000_0000;
-/// Bytes of the region in which RAM is. Nothing else is there: an access behind the end of RAM is a bus fault. A constant, as
-/// each access is compared with it: the row twin.host_instructions.
+/// Size in bytes of the region of RAM. An access behind the end of RAM in this region is a bus fault. It is a constant
+/// because each access is compared with it (row twin.host_instructions).
 const RAM_REGION: usize = 512 << 20;
 
 /// An access outside of flash and RAM.
@@ -52,13 +52,14 @@ impl Memory {
         }
     }
 
-    /// Power was lost: RAM and CCM hold anything, flash keeps its content.
+    /// Loses power: the content of RAM and CCM becomes undefined, flash keeps its content.
     pub fn lose_power(&mut self) {
         self.ram.fill(RAM_AT_POWER_ON);
         self.ccm.fill(RAM_AT_POWER_ON);
     }
 
-    /// Returns the memory at an address. A place behind the end of RAM answers no access. Flash answers at 0800 0000h and, because BOOT0 is low, at 0.
+    /// Returns the memory at an address. A place behind the end of RAM causes a bus fault. Flash is at 0800 0000h and,
+    /// because BOOT0 is low, also at 0.
     #[inline]
     pub fn place(&self, address: u32) -> Option<Place> {
         let offset = address.wrapping_sub(RAM_BASE) as usize;
@@ -97,7 +98,7 @@ impl Memory {
             Place::Flash(_) => return None,
         };
         let [a, b, c, d] = value.to_le_bytes();
-        // Lengths that the compiler knows: the row twin.host_instructions.
+        // Lengths that are known to the compiler improve the row twin.host_instructions.
         match (width, memory.get_mut(offset..offset + width.bytes() as usize)?) {
             (Width::Byte, [p]) => *p = a,
             (Width::Half, [p, q]) => (*p, *q) = (a, b),
@@ -137,7 +138,7 @@ impl Memory {
         Ok(())
     }
 
-    /// Puts content into flash, from 0800 0000h on. Returns the addresses that hold new content.
+    /// Writes content into flash, from 0800 0000h on. Returns the addresses that hold new content.
     ///
     /// # Errors
     /// [`NotMemory`] when the range leaves flash.
@@ -170,7 +171,8 @@ pub(crate) fn load(memory: &[u8], offset: usize, width: Width) -> Option<u32> {
     }
 }
 
-/// The memory ports of the DMA controllers. CCM is connected to the data bus of the core alone (RM0090 2.3.1).
+/// The memory ports of the DMA controllers. DMA does not reach CCM, which is connected only to the data bus of the core
+/// (RM0090 2.3.1).
 impl Ram for Memory {
     fn load(&self, address: u32, bytes: &mut [u8]) -> bool {
         !matches!(self.place(address), Some(Place::Ccm(_))) && self.copy_out(address, bytes).is_ok()

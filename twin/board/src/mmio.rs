@@ -1,4 +1,4 @@
-//! What a CPU meets outside its own memories: widths, instants, refusals.
+//! Accesses of the CPU to peripherals: widths, instants, refusals.
 
 use can_wire::time::Time;
 pub use twin_core::Width;
@@ -18,7 +18,7 @@ pub(crate) const fn merge(width: Width, address: u32, old: u32, value: u32) -> u
     old & !(mask(width) << shift) | value << shift
 }
 
-/// Returns the word that a bridge makes of a store to APB: the byte or half-word in all its places.
+/// Returns the word that a bridge writes for a store to APB: the byte or half-word, repeated.
 pub(crate) const fn duplicate(width: Width, value: u32) -> u32 {
     match width {
         Width::Byte => value * 0x0101_0101,
@@ -36,16 +36,16 @@ pub struct Now {
     pub time: Time,
 }
 
-/// Why the board refused an access. The CPU takes a bus fault and the board stops.
+/// Reason why the board refused an access. The CPU takes a bus fault and the board stops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
 pub enum Refusal {
-    /// No peripheral of the model answers here.
+    /// No modelled peripheral has this address.
     #[error("no modelled peripheral answers")]
     Unmodelled,
-    /// The peripheral is modelled, its clock is off in RCC.
+    /// The peripheral is modelled, but its clock is off in RCC.
     #[error("the peripheral's clock is off in RCC")]
     ClockOff,
-    /// The register exists; this width or alignment does not.
+    /// The register does not support this width or alignment.
     #[error("the register does not take this width or alignment")]
     Width,
     /// The reference manual forbids it in the peripheral's present state.
@@ -63,7 +63,7 @@ pub enum Refusal {
     /// Level 2 of the read-out protection.
     #[error("level 2 of the read-out protection can never be left: it is not modelled")]
     Irrevocable,
-    /// The core has this system register, the model has not.
+    /// The model does not have this system register of the core.
     #[error("the model of the core does not have this system register or value")]
     SystemRegister,
     /// The architecture does not define what the instruction does (DDI 0403E, "UNPREDICTABLE").
@@ -79,7 +79,7 @@ pub enum Refusal {
 pub(crate) struct RefusedAccess {
     /// Address of the access.
     pub address: u32,
-    /// A store, not a load.
+    /// True for a store, false for a load.
     pub write: bool,
     pub refusal: Refusal,
 }

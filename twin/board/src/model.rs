@@ -4,7 +4,7 @@ use crate::bxcan::Side;
 pub use crate::part::Part;
 use crate::pin::Pin;
 
-/// Where the main flash memory begins; it answers at zero as well.
+/// First address of the main flash memory, which is mapped at zero as well.
 pub const FLASH_BASE: u32 = 0x0800_0000;
 
 /// Each byte of RAM after power-on. Not zero, so that a program that relies on zeros does not work by chance.
@@ -13,12 +13,12 @@ pub const RAM_AT_POWER_ON: u8 = 0xA5;
 /// LEDs that a description may name.
 pub const MOST_LEDS: usize = 8;
 
-/// What drives OSC_IN.
+/// Oscillator or external clock at OSC_IN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Oscillator {
     /// Nominal frequency.
     pub hz: u64,
-    /// A clock from outside, for which the program must bypass the oscillator of the part; otherwise a crystal.
+    /// True for an external clock, for which the program must bypass the oscillator of the part; false for a crystal.
     pub external: bool,
 }
 
@@ -29,24 +29,25 @@ pub struct Model {
     pub part: Part,
     /// Its high-speed oscillator.
     pub oscillator: Oscillator,
-    /// What its pins lead to.
+    /// Connections of its pins.
     pub pins: Pins,
 }
 
 /// Pins of a board, by their use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Pins {
-    /// CAN1 and CAN2 at their transceivers.
+    /// Pins of CAN1 and CAN2 at their transceivers.
     pub can: [CanPins; 2],
-    /// Where the wires from CAN_RX of CAN1 and CAN2 end: two of PA0 to PA3, TIM5_CH1 to TIM5_CH4. `None`: no wires.
+    /// Capture inputs to which CAN_RX of CAN1 and CAN2 are wired: two of PA0 to PA3, TIM5_CH1 to TIM5_CH4. `None`: no
+    /// wires.
     pub capture: Option<[Pin; 2]>,
-    /// Pulse at an instant: a channel of TIM3.
+    /// Pulse output: a channel of TIM3.
     pub pulse: Option<Pin>,
     /// Straps of the harness.
     pub straps: Option<Straps>,
     /// LEDs, by the names that the description gives them.
     pub leds: [Option<Pin>; MOST_LEDS],
-    /// Selects the transceiver of a board that has two of them on one controller.
+    /// Pin that selects the transceiver on a board with two of them on one controller.
     pub transceiver_switch: Option<Pin>,
 }
 
@@ -82,14 +83,15 @@ pub struct CanPins {
 pub struct Straps {
     /// Bits 0 to 3 of the number of the board.
     pub bits: [Pin; 4],
-    /// Odd parity of the five.
+    /// Odd parity over all five.
     pub parity: Pin,
     /// Maintenance mode.
     pub maintenance: Option<Pin>,
 }
 
 impl Straps {
-    /// What the harness ties to ground for a number, `0..=15`: its bits from the lowest, then odd parity.
+    /// Returns the pins that the harness ties to ground for a number, `0..=15`: its bits from the lowest, then odd
+    /// parity.
     pub fn closed(&self, number: u8) -> Vec<(Pin, bool)> {
         let bits =
             self.bits.into_iter().enumerate().filter(|(bit, _)| number >> bit & 1 == 1).map(|(_, pin)| pin);

@@ -1,7 +1,8 @@
 //! The parts that the twin models: each STM32F4 with two bxCAN controllers that reaches 168 MHz.
 //!
-//! A *part* is what the marking of a chip says: `STM32F407VG` is the line STM32F407 in a package with 100 pins (V) with 1 MiB of flash
-//! (G). [`Part::named`] reads such a name. What lines share is modelled once; this table has what differs.
+//! A *part* is the chip as marked: `STM32F407VG` is the line STM32F407 in a package with 100 pins (V) with 1 MiB of
+//! flash (G). [`Part::named`] reads such a name. Common features of the lines are modelled once; this table contains
+//! the differences.
 //!
 //! Flash of 2 MiB has two banks: sectors 12 to 23 are in the second one, and the core runs from the first bank while the
 //! second one is erased. Flash of up to 1 MiB is one bank: the bit DB1M, which divides 1 MiB in two, is refused. So are BFB2 and the write
@@ -14,14 +15,14 @@ use std::fmt;
 
 use crate::pin::Pin;
 pub(crate) use lines::{Family, Lines, TABLE};
-use lines::{Line, REFUSED};
+use lines::{ProductLine, REFUSED};
 
 const KIB: u32 = 1 << 10;
 
 /// A microcontroller.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Part {
-    line: &'static Line,
+    line: &'static ProductLine,
     /// Letter of the package.
     package: char,
     /// Letter of the flash size.
@@ -31,11 +32,11 @@ pub struct Part {
 }
 
 impl Part {
-    /// The part with this name: line, package and flash size, as `STM32F407VG`. Letters behind these eleven characters (`STM32F407VGT6`,
-    /// `STM32F446RETx`) stand for housing and temperature, and are not read.
+    /// The part with this name: line, package and flash size, as `STM32F407VG`. Letters after these eleven characters
+    /// (`STM32F407VGT6`, `STM32F446RETx`) mean housing and temperature, and are ignored.
     ///
     /// # Errors
-    /// For a part that is not modelled: why, and which are.
+    /// For a part that is not modelled: the reason, and the modelled parts.
     pub fn named(name: &str) -> Result<Part, String> {
         let upper = name.to_ascii_uppercase();
         if let Some((_, why)) = REFUSED.iter().find(|(line, _)| upper.starts_with(line)) {
@@ -107,7 +108,7 @@ impl Part {
         self.line.ports
     }
 
-    /// What it shares with other lines: RCC, PWR, ADC, revision.
+    /// Returns its family, which shares RCC, PWR, ADC and revision.
     pub(crate) const fn family(self) -> Family {
         self.line.family
     }
@@ -196,7 +197,7 @@ pub(crate) mod tests {
         assert_eq!(part("STM32F407VGT6").to_string(), "STM32F407VG");
     }
 
-    /// Given a name that is not modelled, then the error says what is wrong with it and what is allowed.
+    /// Given a name that is not modelled, then the error contains the reason and the allowed names.
     #[test]
     fn other_parts_are_refused_with_the_reason() {
         for (name, said) in [

@@ -3,9 +3,9 @@
 /// A pin of the package.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Pin {
-    /// 'A' to 'K'.
+    /// Port, 'A' to 'K'.
     pub port: char,
-    /// 0 to 15.
+    /// Number in the port, 0 to 15.
     pub number: u8,
 }
 
@@ -32,7 +32,7 @@ impl Pin {
         Some(Pin { port, number })
     }
 
-    /// Port A is 0.
+    /// Returns the index of the port; port A is 0.
     pub const fn port_index(self) -> usize {
         self.port as usize - 'A' as usize
     }

@@ -1,4 +1,4 @@
-//! A board's CAN connector, as its wire sees it.
+//! A board's CAN connector for its wire.
 
 use can_wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
 use can_wire::frame::WireFrame;
@@ -14,7 +14,7 @@ pub(crate) struct BoardPort {
     /// Number of the board.
     pub(crate) board: usize,
     pub(crate) plug: Plug,
-    /// Level changes at the receive pin since they were taken.
+    /// Level changes at the receive pin since they were last taken.
     pub(crate) changes: Vec<(Time, bool)>,
 }
 
@@ -24,8 +24,8 @@ impl BoardPort {
     }
 }
 
-/// A port with the peripherals of its board. Without power, clock or pins there is no controller, nor behind a transceiver that is
-/// not selected.
+/// A port with the peripherals of its board. There is no controller without power, clock or pins, nor behind a
+/// transceiver that is not selected.
 #[derive(Debug)]
 pub(crate) struct LivePort<'a> {
     pub port: &'a mut BoardPort,
@@ -49,7 +49,7 @@ impl Controller for LivePort<'_> {
         self.connected()?.attachment()
     }
 
-    /// One that has another wire, too.
+    /// Returns the error counters of a controller that also has another wire.
     fn brings(&self) -> Option<ErrorCounters> {
         self.port.plug.selected_by?;
         Some(self.connected()?.error_counters())
@@ -64,7 +64,7 @@ impl Controller for LivePort<'_> {
     }
 
     fn on_wire(&mut self, at: Time, event: &WireEvent) {
-        // A frame that ends after the controller left its pins is not its business any more.
+        // A frame that ends after the controller left its pins is ignored.
         if self.is_selected()
             && let Some(mut line) = self.peripherals.can_line(self.port.plug.controller)
         {

@@ -1,7 +1,7 @@
-//! Clocks of boards against each other: the pulses that they make at the same times of their clocks.
+//! Compares the clocks of boards by the pulses that they output at the same times of their clocks.
 //!
-//! Every board raises a pin at the multiples of a period of its own spacecraft time. The n-th pulse of a board is not the n-th
-//! of another, which was set at another time; as long as clocks agree to less than half a period, nearest pulses belong
+//! Every board raises a pin at the multiples of a period of its spacecraft time. Clocks are set at different instants,
+//! so pulses cannot be paired by number. If clocks agree to less than half a period, the nearest pulses belong
 //! together.
 
 use can_wire::time::{TICKS_PER_US, Time};
@@ -14,19 +14,19 @@ use crate::traffic::Traffic;
 /// Logs and edges are collected this often.
 const SLICE: Time = Time::from_ms(20);
 
-/// A pulse of a board against that of the reference.
+/// Difference of a board's pulse from that of the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// When the reference made its pulse, seconds since the start of the simulation.
+    /// Instant of the reference's pulse, in seconds since the start of the simulation.
     pub at: f64,
-    /// How much later the board made its own, ns.
+    /// Delay of the board's pulse after it, in ns.
     pub error_ns: f64,
 }
 
-/// How a board's clock differed from that of the reference.
+/// Differences of a board's clock from that of the reference.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Errors {
-    /// In the order of time.
+    /// Samples in chronological order.
     pub samples: Vec<Sample>,
     /// Pulses of either board without partner: none, or more than one, within half a period.
     pub unpaired: u64,
@@ -53,7 +53,7 @@ impl Errors {
         errors
     }
 
-    /// Those of several flights together.
+    /// Joins the errors of several flights.
     pub fn join(flights: impl IntoIterator<Item = Errors>) -> Errors {
         flights.into_iter().fold(Errors::default(), |mut all, errors| {
             all.samples.extend(errors.samples);
@@ -62,7 +62,7 @@ impl Errors {
         })
     }
 
-    /// Those between two instants, the first included.
+    /// Returns the samples between two instants, the first included.
     #[must_use]
     pub fn within(&self, from: Time, to: Time) -> Errors {
         let span = from.as_secs_f64()..to.as_secs_f64();
@@ -76,12 +76,12 @@ impl Errors {
         (squares / self.samples.len().max(1) as f64).sqrt()
     }
 
-    /// The mean, ns: what is left of a constant delay.
+    /// Returns the mean, in ns, which shows a constant delay.
     pub fn mean_ns(&self) -> f64 {
         self.samples.iter().map(|sample| sample.error_ns).sum::<f64>() / self.samples.len().max(1) as f64
     }
 
-    /// The smallest distance that `share` of all do not exceed, ns; zero without samples.
+    /// Returns the smallest distance that a `share` of the samples does not exceed, in ns; zero without samples.
     pub fn quantile_ns(&self, share: f64) -> f64 {
         let mut distances: Vec<f64> = self.samples.iter().map(|sample| sample.error_ns.abs()).collect();
         distances.sort_by(f64::total_cmp);
@@ -112,15 +112,15 @@ impl Trial {
         Trial { spacecraft, traffic, pin, pulses }
     }
 
-    /// What flies.
+    /// Returns the spacecraft.
     pub fn spacecraft(&mut self) -> &mut Spacecraft {
         &mut self.spacecraft
     }
 
-    /// Flies until `until`; `look` sees the spacecraft and what happened on its wires, fifty times a second.
+    /// Runs until `until`. Calls `look` with the spacecraft and the records of its wires fifty times a second.
     ///
     /// # Errors
-    /// [`AccessError`] when a program reached for something that is not there, and what `look` says.
+    /// [`AccessError`] when a program made an access that the model refuses, and errors of `look`.
     pub fn run_until<E: From<AccessError>>(
         &mut self,
         until: Time,
@@ -149,7 +149,7 @@ impl Trial {
         &pulses[place(from)..place(to)]
     }
 
-    /// The clock of `board` against that of `reference`, by the pulses every `period` of the reference between two instants.
+    /// Compares the clock of `board` with that of `reference` by the pulses at each `period` between two instants.
     pub fn errors(&self, reference: BoardId, board: BoardId, period: Time, from: Time, to: Time) -> Errors {
         let reference = self.pulses(reference, from, to);
         let (Some(first), Some(last)) = (reference.first(), reference.last()) else {

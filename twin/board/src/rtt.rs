@@ -1,5 +1,5 @@
-//! What a debug probe does for a running board: drains the RTT buffer and decodes defmt frames. Of a program without defmt it
-//! shows lines of text.
+//! Debug probe of a running board: drains the RTT buffer and decodes defmt frames. The log of a program without defmt
+//! is read as lines of text.
 
 use std::fmt;
 
@@ -32,8 +32,8 @@ impl fmt::Display for Level {
 
 /// A decoded line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
-    /// When the probe saw its last byte: at most a quantum after the program wrote it.
+pub struct LogLine {
+    /// Instant at which the probe read its last byte, at most a quantum after the program wrote it.
     pub at: Time,
     /// `None` for `defmt::println!` and for text.
     pub level: Option<Level>,
@@ -53,14 +53,14 @@ const BLOCK_IF_FULL: u32 = 2;
 /// rzcobs ends every frame with this byte.
 const END_OF_FRAME: u8 = 0;
 
-/// The probe's end of the log of one board.
+/// The probe's side of the log of one board.
 #[derive(Clone, Debug, Default)]
 pub struct Rtt {
     control_block: Option<u32>,
     /// The program writes text, not defmt.
     is_text: bool,
     pending: Vec<u8>,
-    /// Frames that did not decode: overwritten before the probe came, or cut by a reset.
+    /// Frames that did not decode: overwritten before the probe read them, or cut by a reset.
     pub(crate) malformed: u64,
     pulled: bool,
 }
@@ -68,13 +68,13 @@ pub struct Rtt {
 impl Rtt {
     /// For a board that runs `image`.
     pub fn new(image: &Image) -> Self {
-        // A log that cannot be decoded is left where it is.
+        // A log that cannot be decoded is not read.
         let control_block = image.symbol("_SEGGER_RTT").filter(|_| image.log_table().is_ok());
         let is_text = matches!(image.log_table(), Ok(None));
         Rtt { control_block: control_block.map(|symbol| symbol.address), is_text, ..Rtt::default() }
     }
 
-    /// The program starts again: half a frame will not be finished.
+    /// Handles a restart of the program: an incomplete frame will not be completed.
     pub(crate) fn reset(&mut self, memory: &mut Memory) {
         if self.is_text && !self.pending.is_empty() {
             // The line ends here; it is shown with the next.
@@ -83,7 +83,7 @@ impl Rtt {
             self.malformed += 1;
             self.pending.clear();
         }
-        // The start-up code clears one index before the other. Between them, what was read would look unread.
+        // The start-up code clears one index before the other. In between, bytes that were read would look unread.
         if let Some(block) = self.control_block
             && is_set_up(memory, block)
         {
@@ -93,17 +93,17 @@ impl Rtt {
         }
     }
 
-    /// The probe asks the program to wait for it, as probe-rs does, and is pulled: it takes nothing any more.
+    /// Removes the probe after it has set blocking mode, as probe-rs does. It reads nothing any more.
     pub(crate) fn pull(&mut self, memory: &mut Memory) {
         self.pulled = true;
         if let Some(block) = self.control_block {
-            // Fails only where the control block is not in RAM, and then no program waits.
+            // Fails only if the control block is not in RAM, in which case no program waits.
             let _ = memory.copy_in(block + FLAGS, &BLOCK_IF_FULL.to_le_bytes());
         }
     }
 
     /// Takes what the program wrote since the last call.
-    pub(crate) fn drain(&mut self, memory: &mut Memory, image: &Image, at: Time, lines: &mut Vec<Line>) {
+    pub(crate) fn drain(&mut self, memory: &mut Memory, image: &Image, at: Time, lines: &mut Vec<LogLine>) {
         let Some(block) = self.control_block.filter(|_| !self.pulled) else { return };
         let (write, read) = (word(memory, block + WRITE), word(memory, block + READ));
         if write == read {
@@ -130,19 +130,19 @@ impl Rtt {
     }
 
     /// Shows whole lines.
-    fn show_text(&mut self, at: Time, lines: &mut Vec<Line>) {
+    fn show_text(&mut self, at: Time, lines: &mut Vec<LogLine>) {
         let Some(end) = self.pending.iter().rposition(|&byte| byte == b'\n') else { return };
         let text = String::from_utf8_lossy(&self.pending[..end]).into_owned();
         self.pending.drain(..=end);
-        lines.extend(text.split('\n').map(|line| Line {
+        lines.extend(text.split('\n').map(|line| LogLine {
             at,
             level: None,
             text: line.trim_end_matches('\r').to_owned(),
         }));
     }
 
-    /// Decodes whole frames only, so that nothing is left in the stream decoder, which borrows the table.
-    fn decode(&mut self, image: &Image, at: Time, lines: &mut Vec<Line>) {
+    /// Decodes complete frames only, because the stream decoder, which borrows the table, cannot keep a partial one.
+    fn decode(&mut self, image: &Image, at: Time, lines: &mut Vec<LogLine>) {
         let (Some(table), Some(end)) =
             (image.log_table().ok().flatten(), self.pending.iter().rposition(|&byte| byte == END_OF_FRAME))
         else {
@@ -153,7 +153,7 @@ impl Rtt {
         self.pending.drain(..=end);
         loop {
             match decoder.decode() {
-                Ok(frame) => lines.push(Line {
+                Ok(frame) => lines.push(LogLine {
                     at,
                     level: frame.level().map(level),
                     text: frame.display_message().to_string(),
@@ -171,7 +171,7 @@ fn is_set_up(memory: &Memory, block: u32) -> bool {
     memory.copy_out(block, &mut magic).is_ok() && magic == *MAGIC
 }
 
-/// The control block of a sound image lies in RAM; anything else reads as an empty channel.
+/// Reads a word of the control block. A control block outside of RAM reads as an empty channel.
 fn word(memory: &Memory, address: u32) -> u32 {
     memory.word_at(address).unwrap_or(0)
 }

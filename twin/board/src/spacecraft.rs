@@ -1,11 +1,11 @@
-//! N boards and their wires in one virtual time.
+//! Any number of boards and their wires in one virtual time.
 //!
-//! Boards run one quantum after the other, then the wires follow and deliver what happened. A quantum ends at the next
-//! event of either wire, so a frame reaches its boards at its own instant; what a board asks for inside a quantum
-//! carries its instant with it. When every core sleeps, time jumps to the next event.
+//! Boards run one quantum after the other, then the wires follow and deliver frames. A quantum ends at the next event
+//! of any wire, so a frame reaches its boards at its exact instant. Requests of a board inside a quantum carry their
+//! instants. When every core sleeps, time jumps to the next event.
 //!
 //! A controller's mode handshakes and aborts settle at the end of a quantum, so a flight is reproducible for one length
-//! of the quantum; another shifts what follows a handshake by some microseconds.
+//! of the quantum; another length shifts events after a handshake by some microseconds.
 
 use can_wire::controller::Controllers;
 use can_wire::controller::{Controller, NodeIndex};
@@ -36,10 +36,10 @@ pub struct GuestId {
     pub node: NodeIndex,
 }
 
-/// What all boards share.
+/// Configuration that all boards share.
 #[derive(Clone, Debug)]
 pub struct SpacecraftConfig {
-    /// Longest stretch that boards run ahead of the wires, 1 to 20 µs: shorter than any frame.
+    /// Longest time that boards run ahead of the wires, 1 to 20 µs: shorter than any frame.
     pub quantum: Time,
     /// The cable of each bus.
     pub wires: [WireConfig; Bus::COUNT],
@@ -51,10 +51,10 @@ impl Default for SpacecraftConfig {
     }
 }
 
-/// Something that happens to a board.
+/// External event of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// Power comes up or goes away.
+    /// Power is switched on or off.
     Power(bool),
     /// The reset pin is pulled.
     Reset,
@@ -67,9 +67,9 @@ pub enum Event {
 /// A log line of a board.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LogRecord {
-    /// When the probe saw it, at most a quantum after the program wrote it.
+    /// Instant at which the probe read it, at most a quantum after the program wrote it.
     pub at: Time,
-    /// Who.
+    /// Board that logged it.
     pub board: BoardId,
     /// `None` for `defmt::println!`.
     pub level: Option<Level>,
@@ -77,14 +77,14 @@ pub struct LogRecord {
     pub text: String,
 }
 
-/// What happened on a wire.
+/// Event on a wire.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WireRecord {
-    /// When it was over.
+    /// End of the event.
     pub at: Time,
-    /// Where.
+    /// Bus on which it occurred.
     pub bus: Bus,
-    /// What.
+    /// The event.
     pub record: Observation,
 }
 
@@ -96,11 +96,11 @@ pub struct Spacecraft {
     boards: Vec<EmulatedBoard>,
     wires: [Wire; Bus::COUNT],
     ports: [Vec<BoardPort>; Bus::COUNT],
-    /// After the ports on their wire.
+    /// Guests of each bus; their indices follow those of the ports.
     guests: [Vec<Guest>; Bus::COUNT],
-    /// Where the transceivers of CAN1's and CAN2's bus hang, of each board.
+    /// Bus and index of the transceivers of CAN1 and CAN2 of each board.
     places: Vec<[Option<(Bus, NodeIndex)>; 2]>,
-    /// What is scheduled, the earliest last.
+    /// Scheduled events, the earliest last.
     events: Vec<(Time, BoardId, Event)>,
     logs: Vec<LogRecord>,
 }
@@ -144,8 +144,8 @@ impl Spacecraft {
         }
     }
 
-    /// Hangs a board on the wires that its wiring names, both by default; it gets power at its time. While every board has the
-    /// default wiring, its index on both wires is its [`BoardId`].
+    /// Connects a board to the wires of its wiring, both by default. It is powered on at its configured instant. While
+    /// every board has the default wiring, its index on both wires is its [`BoardId`].
     ///
     /// # Panics
     /// When its crystal is more than 1000 ppm off, or a guest is on one of its wires already.
@@ -171,19 +171,20 @@ impl Spacecraft {
         id
     }
 
-    /// Where a controller of a board hangs now: its bus, and its index there.
+    /// Returns the present bus of a board's controller, and its index there.
     pub fn place(&self, board: BoardId, side: Side) -> Option<(Bus, NodeIndex)> {
         self.places[board.0][self.boards[board.0].transceiver(side)? as usize]
     }
 
-    /// Bits of a board's controller on a bus, by the board's crystal; `None` while it does not take part there.
+    /// Returns the bit timing of a board's controller on a bus, by the board's crystal; `None` while it does not take
+    /// part there.
     pub fn bit_timing(&self, board: BoardId, bus: Bus) -> Option<BitTiming> {
         let sides = [Side::Can1, Side::Can2].into_iter();
         let mut here = sides.filter(|side| self.place(board, *side).is_some_and(|(wire, _)| wire == bus));
         here.find_map(|side| self.boards[board.0].bit_timing(side))
     }
 
-    /// Hangs a foreign controller on one wire: 1 Mbit/s, no filters, acknowledges everything. All boards come first.
+    /// Connects a foreign controller to one wire: 1 Mbit/s, no filters, acknowledges everything. All boards come first.
     pub fn add_guest(&mut self, bus: Bus, position_m: f64) -> GuestId {
         self.add_guest_at(bus, position_m, BitTiming::MEGABIT)
     }
@@ -194,7 +195,7 @@ impl Spacecraft {
         GuestId { bus, node: self.wires[bus as usize].attach(position_m) }
     }
 
-    /// Lets a guest send `frame` at `at`, after everything it was handed before.
+    /// Makes a guest send `frame` at `at`, after all frames requested before.
     ///
     /// # Panics
     /// When there is no such guest.
@@ -203,7 +204,7 @@ impl Spacecraft {
         self.guest_mut(guest).waiting.push_back((at, frame));
     }
 
-    /// Lets a guest take part like that from now on; what it has not sent yet is dropped unless it is
+    /// Changes how a guest takes part from now on. Frames that it has not sent yet are dropped unless it is
     /// [`Presence::Present`].
     ///
     /// # Panics
@@ -212,7 +213,8 @@ impl Spacecraft {
         self.guest_mut(guest).become_present(presence);
     }
 
-    /// What a guest heard and sent since the last call, in the order of time. Without calls it piles up.
+    /// Takes the frames that a guest received and sent since the last call, in chronological order. They accumulate
+    /// without calls.
     ///
     /// # Panics
     /// When there is no such guest.
@@ -225,7 +227,7 @@ impl Spacecraft {
         &mut self.guests[guest.bus as usize][guest.node - ports]
     }
 
-    /// The present.
+    /// Returns the present.
     pub fn now(&self) -> Time {
         self.now
     }
@@ -255,7 +257,8 @@ impl Spacecraft {
         &mut self.wires[bus as usize]
     }
 
-    /// Lets `event` happen to a board at `at`, or at once when that is past. Equal instants: in the order of the calls.
+    /// Schedules `event` of a board at `at`, or at once if that is past. Events at the same instant occur in the order
+    /// of the calls.
     pub fn schedule(&mut self, at: Time, board: BoardId, event: Event) {
         let place = self.events.partition_point(|&(other, ..)| other > at);
         self.events.insert(place, (at, board, event));
@@ -276,14 +279,14 @@ impl Spacecraft {
         self.schedule(self.now, board, Event::Power(on));
     }
 
-    /// Log lines since the last call, in the order of time.
+    /// Takes the log lines since the last call, in chronological order.
     pub fn take_logs(&mut self) -> Vec<LogRecord> {
         let mut logs = std::mem::take(&mut self.logs);
         logs.sort_by_key(|log| log.at);
         logs
     }
 
-    /// What happened on all wires since the last call, in the order of time.
+    /// Takes the events of all wires since the last call, in chronological order.
     pub fn take_frames(&mut self) -> Vec<WireRecord> {
         let mut records: Vec<_> = Bus::NETWORKS
             .into_iter()
@@ -299,8 +302,8 @@ impl Spacecraft {
     /// Runs everything until `until`.
     ///
     /// # Errors
-    /// [`AccessError`] when a program reached for something that is not there. Its board stays stopped, the others have
-    /// run as far as it; calling again goes on without it.
+    /// [`AccessError`] when a program made an access that the model refuses. Its board stays stopped, the others have
+    /// run up to the same instant. A further call continues without it.
     pub fn run_until(&mut self, until: Time) -> Result<(), AccessError> {
         self.apply_events();
         while self.now < until {
@@ -318,7 +321,7 @@ impl Spacecraft {
         Ok(())
     }
 
-    /// The end of the next stretch that boards and wires may run without each other.
+    /// Returns the instant until which boards and wires may run independently.
     fn next_stop(&self) -> Time {
         let boards = self.boards.iter().map(|board| match board.next_event() {
             at if at <= self.now => self.now + self.quantum,
@@ -326,13 +329,13 @@ impl Spacecraft {
         });
         let wires = self.wires.iter().filter_map(Wire::next_event);
         let events = self.events.last().map(|&(at, ..)| at);
-        // A wire learns of a request when it is advanced.
+        // A wire handles a request when it is advanced.
         let guests = self.guests.iter().flatten().filter_map(Guest::request_at).filter(|at| *at > self.now);
         let next = boards.chain(wires).chain(events).chain(guests).min().unwrap_or(Time::NEVER);
         next.max(self.now + Time(1))
     }
 
-    /// Lets a wire catch up.
+    /// Advances a wire to `until`.
     fn advance_wire(&mut self, bus: Bus, until: Time) {
         let (ports, guests) = (&mut self.ports[bus as usize], &mut self.guests[bus as usize]);
         let boards = &mut self.boards;
@@ -343,7 +346,7 @@ impl Spacecraft {
         }
     }
 
-    /// Tells the boards that the wires have caught up.
+    /// Updates the boards after the wires have reached their time.
     fn settle(&mut self) {
         for (node, board) in self.boards.iter_mut().enumerate() {
             let is_idle = |(bus, node): (Bus, NodeIndex)| self.wires[bus as usize].is_idle(node);
@@ -352,7 +355,7 @@ impl Spacecraft {
             board.settle(self.now, idle);
             let id = BoardId(node);
             self.logs.extend(board.take_log().into_iter().map(|line| LogRecord {
-                // A core finishes its instruction, past the end of the quantum.
+                // A core completes its instruction, beyond the end of the quantum.
                 at: line.at.min(self.now),
                 board: id,
                 level: line.level,

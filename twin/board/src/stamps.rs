@@ -1,8 +1,8 @@
-//! Stamps of frames against the truth, on a bus with traffic and bit errors.
+//! Compares stamps of frames with the true instants, on a bus with traffic and bit errors.
 //!
-//! A frame ends at a board when its last bit of EOF is over, by the clock of the transmitter, and has come there. That
-//! instant by the board's own timer is what a stamp should be. How a program tells its stamps is none of the twin's
-//! business: whoever runs a [`Trial`] reads them.
+//! A frame ends at a board when its last bit of EOF ends by the clock of the transmitter, plus the propagation delay to
+//! the board. A correct stamp is that instant on the board's own timer. The twin does not know how a program reports
+//! its stamps: the user of a [`Trial`] reads them.
 
 use can_wire::encode::encode;
 use can_wire::fault::{Fault, FaultError};
@@ -17,47 +17,47 @@ use crate::traffic::Traffic;
 /// Counts per second of the capture timer, Hz.
 const RATE: f64 = 84e6;
 
-/// A stamp that is farther off is that of another frame: half a bit.
+/// Error from which on a stamp belongs to another frame: half a bit.
 const OTHER_FRAME_NS: f64 = 500.0;
 
-/// Long before and after a stamped frame, and around it, when stamps are read.
+/// Intervals at which stamps are read: far from a stamped frame, and close to one.
 const COARSE: Time = Time::from_ms(1);
 const NARROW: Time = Time::from_us(20);
 
-/// What a program says of its stamps, since its start.
+/// Counters of stamps that a program reports, since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Frames stamped by capture.
     pub captured: u32,
-    /// Frames that were not, by reason.
+    /// Frames without captured stamp, by reason.
     pub missed: [u32; 4],
     /// The last stamp, counts of the capture timer.
     pub last: u32,
 }
 
-/// What a trial does to the nominal bus.
+/// Disturbance of the nominal bus in a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disturbance {
     /// Share of the time for which foreign frames keep the bus busy, 0 to 1.
     pub load: f64,
     /// Bit error rate of every node.
     pub error_rate: f64,
-    /// Of traffic and errors.
+    /// Seed of traffic and errors.
     pub seed: u64,
-    /// When both begin.
+    /// Start of both.
     pub from: Time,
 }
 
-/// What became of the stamps of all boards.
+/// Result for the stamps of all boards.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Frames that were to be stamped and reached all boards.
+    /// Frames to be stamped that reached all boards.
     pub frames: u64,
-    /// How far each captured stamp is from the true end, ns, late ones positive.
+    /// Error of each captured stamp against the true end, in ns; late ones are positive.
     pub errors_ns: Vec<f64>,
-    /// Captured stamps that are not of a frame that had just ended there.
+    /// Captured stamps that match no frame that had just ended.
     pub wrong: u64,
-    /// Captured stamps that another replaced before they could be read.
+    /// Captured stamps that were overwritten before they could be read.
     pub unread: u64,
     /// Frames without captured stamp, by reason.
     pub missed: [u64; 4],
@@ -79,7 +79,7 @@ impl Outcome {
         (squares / self.errors_ns.len().max(1) as f64).sqrt()
     }
 
-    /// Stamped by capture, of all that were stamped at all, 0 to 1.
+    /// Returns the share of stamps by capture among all stamps, 0 to 1.
     pub fn captured_share(&self) -> f64 {
         let captured = self.errors_ns.len() as u64 + self.wrong + self.unread;
         captured as f64 / (captured + self.missed.iter().sum::<u64>()).max(1) as f64
@@ -97,22 +97,22 @@ pub struct Trial {
     last_end: Option<Time>,
 }
 
-/// One board.
+/// State of one board.
 #[derive(Debug, Default)]
 struct Ledger {
-    /// Ends that it has not stamped yet, by its capture timer.
+    /// Ends of frames that it has not stamped yet, by its capture timer.
     ends: Vec<f64>,
-    /// What it said last.
+    /// Counters of the last read.
     said: Counts,
-    /// It was looked at while it counted a stamp.
+    /// The last read occurred while the board counted a stamp.
     torn: bool,
 }
 
 impl Trial {
-    /// A trial of stamps of frames `id`, which the boards send by themselves. Foreign traffic comes from 2 m and 33 m.
+    /// Makes a trial for stamps of frames `id`, which the boards send. Foreign traffic is sent at 2 m and 33 m.
     ///
     /// # Errors
-    /// [`FaultError`] when the error rate is none.
+    /// [`FaultError`] if the error rate is invalid.
     pub fn new(mut spacecraft: Spacecraft, id: u16, disturbance: Disturbance) -> Result<Trial, FaultError> {
         let Disturbance { load, error_rate: rate, seed, from } = disturbance;
         let traffic = Traffic::new(&mut spacecraft, Bus::Nominal, load, seed, from);
@@ -129,11 +129,11 @@ impl Trial {
         })
     }
 
-    /// Flies until `frames` frames have been sent under disturbance, one every `period`; `read` reads a board. Frames
-    /// that stay away end it, too: [`Outcome::frames`] tells.
+    /// Runs until `frames` frames have been sent under disturbance, one every `period`; `read` reads the counters of a
+    /// board. It also ends if frames are missing: see [`Outcome::frames`].
     ///
     /// # Errors
-    /// [`AccessError`] when a program reached for something that is not there, and what `read` says.
+    /// [`AccessError`] when a program made an access that the model refuses, and errors of `read`.
     pub fn run<E: From<AccessError>>(
         mut self,
         frames: u64,
@@ -153,7 +153,7 @@ impl Trial {
             let quiet = since > COARSE + COARSE && since + COARSE + COARSE < period;
             self.fly(now + if quiet { COARSE } else { NARROW }, &read)?;
         }
-        // The last one has to be handled.
+        // The boards have to handle the last frame.
         self.fly(self.spacecraft.now() + COARSE, &read)?;
         let after = self.spacecraft.wire(Bus::Nominal).counters();
         let flown = self.spacecraft.now().since(start).as_secs_f64();
@@ -179,7 +179,7 @@ impl Trial {
         Ok(())
     }
 
-    /// Keeps when a frame ended at those who have it.
+    /// Records when a frame ended at the boards that received it.
     fn note_ends(&mut self, record: &WireRecord) {
         let stamped = WireId::Standard(self.id);
         match &record.record {
@@ -195,7 +195,7 @@ impl Trial {
                     self.note_end(*node, trace.transmitter, trace.end);
                 }
             }
-            // Destroyed in its last bit, when receivers had it already, or before the error reached them.
+            // Destroyed in its last bit, after receivers had accepted it.
             Observation::Destroyed { frame, transmitter, start, receivers, .. }
                 if record.bus == Bus::Nominal && frame.id == stamped =>
             {
@@ -221,10 +221,10 @@ impl Trial {
 }
 
 impl Ledger {
-    /// Compares what the board says `now` with the ends that it should have stamped, and takes those away.
+    /// Compares the board's counters `now` with the ends that it should have stamped, and removes these.
     fn judge(&mut self, now: Counts, outcome: &mut Outcome) {
         let captured = now.captured - self.said.captured;
-        // A board counts a stamp first and keeps it then: the next look sees both.
+        // A board counts a stamp before it stores it: the next read has both.
         if captured > 0 && now.last == self.said.last && !self.torn {
             self.torn = true;
             return;
@@ -254,7 +254,7 @@ fn end_of(frame: &WireFrame, start: Time) -> Time {
     start + Time::from_us(encode(frame).bits().len() as u64)
 }
 
-/// From the `end` of a frame to its `stamp`, both by a timer of 32 bits, ns.
+/// Returns the time from the `end` of a frame to its `stamp`, both by a timer of 32 bits, in ns.
 fn apart_ns(stamp: u32, end: f64) -> f64 {
     const ROUND: f64 = (1_u64 << 32) as f64;
     let apart = f64::from(stamp) - end;
@@ -287,7 +287,7 @@ mod tests {
         let mut board = Ledger { ends: vec![1000.0], ..Ledger::default() };
         board.judge(says(1, 1000 + 84), &mut outcome);
         assert_eq!((outcome.wrong, &outcome.errors_ns), (1, &vec![]));
-        // Once more the same one: not at the first look, at which it may be about to be kept.
+        // The same stamp again: not judged at the first read, when it may not be stored yet.
         board.judge(says(2, 1000 + 84), &mut outcome);
         assert_eq!(outcome.wrong, 1);
         board.judge(says(2, 1000 + 84), &mut outcome);

@@ -8,7 +8,7 @@ use crate::spacecraft::{Bus, GuestId, Spacecraft};
 /// Mean time that a frame of 8 random bytes and an 11-bit identifier keeps the bus busy, µs.
 const MEAN_FRAME_US: f64 = 117.0;
 
-/// How far ahead traffic is handed to its senders.
+/// Lead time with which frames are passed to their senders.
 const AHEAD: Time = Time::from_ms(5);
 
 /// Two controllers that keep a bus busy for a share of the time.
@@ -18,21 +18,21 @@ pub struct Traffic {
     /// Share of the time for which the frames keep the bus busy, 0 to 1.
     load: f64,
     random: fastrand::Rng,
-    /// Until when it has been handed over.
+    /// Instant until which frames have been passed to the senders.
     loaded: Time,
 }
 
 impl Traffic {
-    /// Traffic on `bus` from 2 m and 33 m, beginning at `from`. All boards are there already.
+    /// Makes traffic on `bus` from 2 m and 33 m, beginning at `from`. Add all boards before.
     pub fn new(spacecraft: &mut Spacecraft, bus: Bus, load: f64, seed: u64, from: Time) -> Traffic {
         let senders = [2.0, 33.0].map(|position_m| spacecraft.add_guest(bus, position_m));
         Traffic { senders, load, random: fastrand::Rng::with_seed(seed), loaded: from }
     }
 
-    /// Hands over what is sent until `until` and a little longer: random data under random identifiers, below and above all of
-    /// the boards'. No load, no frames.
+    /// Passes on the frames until `until` and slightly longer: random data with random identifiers, below and above all
+    /// of the boards'. Without load there are no frames.
     pub fn hand_over(&mut self, spacecraft: &mut Spacecraft, until: Time) {
-        // What they hear would pile up.
+        // Discards received frames, which would accumulate.
         for sender in self.senders {
             spacecraft.take_heard(sender);
         }

@@ -1,31 +1,31 @@
-//! Which controller of a board hangs on which bus.
+//! Assignment of a board's controllers to buses.
 
 use std::fmt;
 
 use crate::bxcan::Side;
 
-/// A bus. Most spacecraft have two; the others are for boards that are wired in another way.
+/// A bus. Most spacecraft have two; the others are for boards with other wiring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Bus {
-    /// CAN1 of every board, unless its wiring says otherwise.
+    /// Bus of CAN1 by default.
     Nominal,
-    /// CAN2 of every board, unless its wiring says otherwise.
+    /// Bus of CAN2 by default.
     Redundant,
-    /// No board is on it, unless its wiring says so.
+    /// Used only by boards whose wiring names it.
     Third,
-    /// No board is on it, unless its wiring says so.
+    /// Used only by boards whose wiring names it.
     Fourth,
 }
 
 impl Bus {
-    /// The two of a spacecraft, nominal first.
+    /// The two buses of a spacecraft, nominal first.
     pub const ALL: [Bus; 2] = [Bus::Nominal, Bus::Redundant];
     /// Every bus that a wiring may name.
     pub const NETWORKS: [Bus; Bus::COUNT] = [Bus::Nominal, Bus::Redundant, Bus::Third, Bus::Fourth];
     /// Number of buses.
     pub const COUNT: usize = 4;
 
-    /// Its name in logs, pictures and on the screen; a valid interface name.
+    /// Returns its name in logs, pictures and on the screen; a valid interface name.
     pub const fn name(self) -> &'static str {
         match self {
             Bus::Nominal => "nominal",
@@ -35,7 +35,7 @@ impl Bus {
         }
     }
 
-    /// The other one of its pair.
+    /// Returns the other bus of its pair.
     pub const fn other(self) -> Bus {
         match self {
             Bus::Nominal => Bus::Redundant,
@@ -52,7 +52,7 @@ impl fmt::Display for Bus {
     }
 }
 
-/// The buses behind the transceivers of a board; `None`: the transceiver's cable hangs loose.
+/// The buses behind the transceivers of a board; `None`: the transceiver is not connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Wiring {
     /// Bus of CAN1.

@@ -1,8 +1,8 @@
 //! Decoded instructions, kept by address.
 //!
-//! Two stores: code that changes only by announcement (flash) is found by its index and used without a look at the memory; code at
-//! any other address (RAM) is used only if the memory still holds the half-words that it was decoded from. Copies of a core share the
-//! pages of the first store until one of them changes a page.
+//! There are two stores. Code that changes only by announcement (flash) is found by its index and used without reading
+//! the memory. Code at any other address (RAM) is used only if the memory still holds the half-words from which it was
+//! decoded. Copies of a core share the pages of the first store until one of them changes a page.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -100,7 +100,7 @@ impl Cache {
         }
     }
 
-    /// Keeps an instruction; of addresses outside of the range it keeps nothing.
+    /// Stores an instruction. Does nothing for addresses outside of the range.
     pub fn put(&mut self, address: u32, decoded: Decoded) {
         let index = self.index(address);
         if let Some(page) = self.code.pages.get_mut(index / PAGE) {
@@ -126,7 +126,7 @@ impl Cache {
         }
     }
 
-    /// The instruction made of `word` at `address`, if it was decoded last at its place.
+    /// Returns the instruction decoded from `word` at `address`, if it is in the store.
     pub fn get_checked(&self, address: u32, word: u32) -> Option<Decoded> {
         self.checked[place(address)]
             .filter(|entry| entry.address == address && entry.word == word)
@@ -139,7 +139,7 @@ impl Cache {
     }
 }
 
-/// All caches are equal: they change how fast a core runs, never what it does.
+/// All caches are equal: they affect the speed of a core, not its behaviour.
 impl PartialEq for Cache {
     fn eq(&self, _: &Self) -> bool {
         true

@@ -114,7 +114,7 @@ impl Core {
         let shift = 8 * (at.address & 3);
         let mask = at.width.mask() << shift;
         self.write_register(at.address & !3, value << shift & mask, mask)?;
-        // Priorities, enables, pending bits: the core looks at all of them again.
+        // The core evaluates priorities, enables and pending bits again.
         self.attention = 0;
         Ok(())
     }

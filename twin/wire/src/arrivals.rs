@@ -1,7 +1,7 @@
-//! What is under way to the nodes of a segment: level changes of drivers, and disturbances.
+//! Changes that propagate to the nodes of a segment: level changes of drivers, and disturbances.
 //!
-//! Of many drivers that change at almost the same time a node notices the first that goes dominant and the last that goes
-//! recessive. Only these two are events; the others are taken in with the next one.
+//! If many drivers change at almost the same time, a node sees the first that becomes dominant and the last that
+//! becomes recessive. Only these two are events; the others are processed with the next event.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -21,54 +21,54 @@ pub(crate) struct Arrival {
     pub(crate) change: Change,
 }
 
-/// What changes at a node.
+/// Change at a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Change {
-    /// A driver goes to this level.
+    /// A driver changes to this level.
     Driver(bool, NodeIndex),
     /// A disturbance begins.
     GlitchBegins(Effect),
-    /// It ends.
+    /// A disturbance ends.
     GlitchEnds(Effect),
 }
 
-/// What is under way to the nodes of a segment.
+/// Changes that propagate to the nodes of a segment.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Arrivals {
-    /// Of each node.
-    lines: Vec<Line>,
-    /// When the first of them has other drivers than none, or none any more.
+    /// Changes that propagate to each node.
+    lines: Vec<PendingChanges>,
+    /// Instants at which the line of each node becomes dominant or recessive.
     turns: Earliest,
     glitches: BinaryHeap<Reverse<Arrival>>,
-    /// When the last level change that is under way has arrived.
+    /// Instant at which the last level change arrives.
     last: Option<Fine>,
 }
 
-/// Level changes of drivers on their way to one node.
+/// Level changes of drivers that propagate to one node.
 #[derive(Clone, Debug, Default)]
-struct Line {
-    /// When, the level, whose. Equal instants: what makes a line dominant comes first, so that a hand-over between two drivers
-    /// is no pulse.
+struct PendingChanges {
+    /// Instant, level and driver of each change. At equal instants dominant changes come first, so that there is no
+    /// pulse if one driver takes over from another.
     pending: Vec<(Fine, bool, NodeIndex)>,
-    /// The earliest of them.
+    /// Instant of the earliest change.
     first: Option<Fine>,
-    /// Drivers that go recessive.
+    /// Drivers that become recessive.
     ending: Drivers,
 }
 
-/// The next thing that happens.
+/// The next event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Next {
-    /// The drivers that a node sees begin or end to be dominant.
+    /// The line of a node becomes dominant or recessive.
     Turn(NodeIndex),
-    /// A disturbance.
+    /// A disturbance begins or ends.
     Glitch,
-    /// All is there that was under way.
+    /// The last level change arrives.
     Last,
 }
 
-impl Line {
-    /// Takes in what has arrived at `until`.
+impl PendingChanges {
+    /// Processes the changes that have arrived at `until`.
     fn take_in(&mut self, until: Fine, seen: &mut Drivers) {
         if self.first.is_none_or(|first| first > until) {
             return;
@@ -87,7 +87,7 @@ impl Line {
         self.ending = ends.fold(0, |ending, &(.., driver)| ending | 1 << driver);
     }
 
-    /// When there is a dominant driver where none was, or none any more.
+    /// Returns the instant at which the line becomes dominant or recessive.
     fn turn(&self, seen: Drivers) -> Fine {
         let mut begins = self.pending.iter().filter(|(_, level, _)| *level == DOMINANT).peekable();
         if seen == 0 {
@@ -97,7 +97,7 @@ impl Line {
             return Fine::NEVER;
         }
         if begins.peek().is_none() {
-            // Each of them ends, and none begins.
+            // The line becomes recessive when all dominant drivers have ended.
             let ends = self.pending.iter().filter(|(.., driver)| seen >> driver & 1 == 1);
             return ends.map(|&(at, ..)| at).max().unwrap_or(Fine::NEVER);
         }
@@ -116,13 +116,14 @@ fn note(seen: &mut Drivers, level: bool, driver: NodeIndex) {
 }
 
 impl Arrivals {
-    /// `now`: what arrived before may be taken in. `seen`: the dominant drivers that have arrived at the node.
+    /// Adds a level change. `now`: earlier changes may be processed. `seen`: the dominant drivers that have arrived at
+    /// the node.
     pub(crate) fn push(&mut self, arrival: Arrival, now: Fine, seen: &mut Drivers) {
         let Arrival { at, node, change: Change::Driver(level, driver) } = arrival else {
             return self.push_glitch(arrival);
         };
         if node >= self.lines.len() {
-            self.lines.resize_with(node + 1, Line::default);
+            self.lines.resize_with(node + 1, PendingChanges::default);
             self.turns.resize(node + 1);
         }
         let line = &mut self.lines[node];
@@ -145,12 +146,12 @@ impl Arrivals {
         }
     }
 
-    /// A disturbance begins or ends.
+    /// Adds the beginning or end of a disturbance.
     pub(crate) fn push_glitch(&mut self, arrival: Arrival) {
         self.glitches.push(Reverse(arrival));
     }
 
-    /// Takes back that a driver goes to a level; `false` when that is not under way.
+    /// Removes a level change of a driver. Returns `false` if it is not pending.
     pub(crate) fn withdraw(&mut self, arrival: Arrival, seen: Drivers) -> bool {
         let Arrival { at, node, change: Change::Driver(level, driver) } = arrival else { return false };
         let Some(line) = self.lines.get_mut(node) else { return false };
@@ -163,7 +164,7 @@ impl Arrivals {
         true
     }
 
-    /// When something happens next, and what; [`Fine::NEVER`]: nothing.
+    /// Returns the next event and its instant; [`Fine::NEVER`]: none.
     pub(crate) fn next(&self) -> (Fine, Next) {
         let (turn, node) = self.turns.first;
         let last = self.last.unwrap_or(Fine::NEVER);
@@ -177,7 +178,7 @@ impl Arrivals {
         }
     }
 
-    /// Takes in what has arrived at `node` at `until`.
+    /// Processes the changes that have arrived at `node` at `until`.
     pub(crate) fn take_in(&mut self, node: NodeIndex, until: Fine, seen: &mut Drivers) {
         if let Some(line) = self.lines.get_mut(node) {
             line.take_in(until, seen);
@@ -185,12 +186,12 @@ impl Arrivals {
         }
     }
 
-    /// Nodes to which something is under way.
+    /// Returns the nodes with pending changes.
     pub(crate) fn awaiting(&self) -> Vec<NodeIndex> {
         (0..self.lines.len()).filter(|&node| !self.lines[node].pending.is_empty()).collect()
     }
 
-    /// All level changes have arrived.
+    /// Ends the propagation: all level changes have arrived.
     pub(crate) fn end(&mut self) {
         self.last = None;
     }

@@ -1,4 +1,4 @@
-//! The bit path: every node by its own clock, every level change with its delay.
+//! The bit path: simulates every node by its own clock and every level change with its delay.
 
 use crate::arrivals::{Arrival, Arrivals, Change, Next};
 use crate::calendar::Calendar;
@@ -9,7 +9,7 @@ use crate::segment::{Mode, Segment};
 use crate::stage::Stage;
 
 impl Segment {
-    /// Runs bit by bit. `true`: nothing more up to `until`.
+    /// Runs bit by bit. Returns `true` if nothing more happens up to `until`.
     pub(crate) fn run_bits(&mut self, until: Fine, stage: &mut Stage) -> bool {
         loop {
             if self.try_settle(stage) || self.try_take_off(stage) {
@@ -39,7 +39,7 @@ impl Segment {
         }
     }
 
-    /// What is under way to the nodes.
+    /// Returns the changes that propagate to the nodes.
     pub(crate) fn arrivals(&mut self) -> &mut Arrivals {
         match &mut self.mode {
             Mode::Bits(arrivals) => arrivals,
@@ -47,8 +47,8 @@ impl Segment {
         }
     }
 
-    /// When `node` does something by itself, and when it may have to be told of something; an error where none is expected is told
-    /// late by some bits.
+    /// Returns the instant of the next own action of `node`, and the earliest instant of an event for it. An unexpected
+    /// error is reported some bits late.
     fn plans(&self, node: NodeIndex, stage: &mut Stage) -> (Fine, Fine) {
         let mac = &stage.nodes[node].mac;
         if mac.is_running() {
@@ -59,7 +59,7 @@ impl Segment {
         (own, own)
     }
 
-    /// A bit of `node` ends, or its own frame starts.
+    /// Handles the end of a bit of `node`, or the start of its own frame.
     fn bit_boundary(&mut self, node: NodeIndex, stage: &mut Stage) {
         if stage.nodes[node].mac.is_running() {
             self.step(node, self.cursor, stage);
@@ -74,7 +74,7 @@ impl Segment {
         self.drive(node, stage);
     }
 
-    /// `node` begins its own frame now.
+    /// Starts a frame of `node` now.
     pub(crate) fn begin(&mut self, node: NodeIndex, own: Transmission, stage: &mut Stage) {
         let at = own.start;
         stage.nodes[node].mac.start(own);
@@ -83,7 +83,7 @@ impl Segment {
         stage.started(&mut self.ledger, at, at, node);
     }
 
-    /// Sends what the driver of `node` does from now on to all nodes of the segment.
+    /// Propagates the present level of the driver of `node` to all nodes of the segment.
     pub(crate) fn drive(&mut self, node: NodeIndex, stage: &mut Stage) {
         let this = &mut stage.nodes[node];
         let drives = this.wants_to_drive();
@@ -108,14 +108,14 @@ impl Segment {
             let arrival = |level| Arrival { at, node: member, change: Change::Driver(level, node) };
             let seen = &mut stage.nodes[member].seen;
             let (level, cursor) = (if dominant { DOMINANT } else { RECESSIVE }, self.cursor);
-            // Back to what it was at the same instant: nothing happened.
+            // A change back at the same instant cancels the first one.
             if !again || !self.arrivals().withdraw(arrival(!level), *seen) {
                 self.arrivals().push(arrival(level), cursor, seen);
             }
         }
     }
 
-    /// Something arrives now. Returns the node whose line it may change.
+    /// Handles an arrival now. Returns the node whose line it may change.
     fn arrive(&mut self, what: Next, stage: &mut Stage) -> Option<NodeIndex> {
         let at = self.cursor;
         let node = match what {
@@ -143,7 +143,7 @@ impl Segment {
         Some(node)
     }
 
-    /// Something about the line of `node` changed at `at`.
+    /// Updates the line of `node` after a change at `at`.
     pub(crate) fn relevel(&mut self, node: NodeIndex, at: Fine, stage: &mut Stage) {
         let this = &mut stage.nodes[node];
         self.arrivals().take_in(node, at, &mut this.seen);
@@ -164,7 +164,7 @@ impl Segment {
         }
     }
 
-    /// Goes over to [`Mode::Still`] once nothing moves.
+    /// Changes to [`Mode::Still`] if nothing is in progress.
     fn try_settle(&mut self, stage: &mut Stage) -> bool {
         if !self.arrivals().is_empty() || !self.is_settled(stage) {
             return false;
@@ -172,7 +172,7 @@ impl Segment {
         self.ledger.calm(self.calm_at(stage), stage.observed);
         let counts = |&node: &NodeIndex| stage.nodes[node].mac.is_running();
         if (!stage.flips.is_empty() || stage.recorder.is_some()) && self.members.iter().any(counts) {
-            // A flip may strike one of the bits; a recording wants them at their time.
+            // A flip may invert one of the bits; a recording needs each bit at its time.
             return false;
         }
         self.mode = Mode::Still;
@@ -180,7 +180,7 @@ impl Segment {
         true
     }
 
-    /// End of the intermission after what has just ended.
+    /// Returns the end of the intermission after the frame that has just ended.
     fn calm_at(&self, stage: &Stage) -> Fine {
         let ends = self.members.iter().filter_map(|&node| {
             let mac = &stage.nodes[node].mac;

@@ -1,24 +1,24 @@
-//! Who of a segment does something next, bit by bit. Most of what happens changes the plans of one node.
+//! Next events of the nodes of a segment on the bit path. Most events change the plans of one node only.
 
 use crate::fine::Fine;
 
-/// An instant of each of several, and the earliest of all.
+/// One instant for each member, and the earliest of all.
 #[derive(Clone, Debug)]
 pub(crate) struct Earliest {
     pub(crate) at: Vec<Fine>,
-    /// The earliest, and whose it is: of several, the first.
+    /// Earliest instant and its member; of equal instants the first member.
     pub(crate) first: (Fine, usize),
 }
 
 impl Default for Earliest {
-    /// Of nobody.
+    /// Makes it without members.
     fn default() -> Self {
         Earliest { at: Vec::new(), first: (Fine::NEVER, 0) }
     }
 }
 
 impl Earliest {
-    /// More of them, with [`Fine::NEVER`].
+    /// Adds members with [`Fine::NEVER`].
     pub(crate) fn resize(&mut self, len: usize) {
         self.at.resize(len, Fine::NEVER);
     }
@@ -32,7 +32,7 @@ impl Earliest {
         }
     }
 
-    /// Two plain searches, which the compiler makes faster than one for both.
+    /// Two simple searches compile to faster code than a combined one.
     fn find_first(&mut self) {
         let earliest = self.at.iter().copied().min().unwrap_or(Fine::NEVER);
         self.first = (earliest, self.at.iter().position(|&at| at == earliest).unwrap_or(0));
@@ -42,14 +42,14 @@ impl Earliest {
 /// Plans of the members of a segment, in their order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Calendar {
-    /// When each does something by itself.
+    /// Instant of the next own action of each member.
     pub(crate) own: Earliest,
-    /// When each may have to be told of something.
+    /// Earliest instant of an event for each member.
     news: Vec<Fine>,
 }
 
 impl Calendar {
-    /// The plans of all members, [`Fine::NEVER`] for none.
+    /// Makes the plans of all members; [`Fine::NEVER`] for none.
     pub(crate) fn of(plans: impl Iterator<Item = (Fine, Fine)>) -> Calendar {
         let (at, news) = plans.unzip();
         let mut own = Earliest { at, ..Earliest::default() };
@@ -57,17 +57,17 @@ impl Calendar {
         Calendar { own, news }
     }
 
-    /// Nobody has been asked.
+    /// Returns whether there are no plans yet.
     pub(crate) fn is_empty(&self) -> bool {
         self.news.is_empty()
     }
 
-    /// When somebody may have to be told of something.
+    /// Returns the earliest instant of an event for any member.
     pub(crate) fn news(&self) -> Fine {
         self.news.iter().copied().min().unwrap_or(Fine::NEVER)
     }
 
-    /// A member has other plans.
+    /// Sets the plans of a member.
     pub(crate) fn set(&mut self, member: usize, own: Fine, news: Fine) {
         self.own.set(member, own);
         self.news[member] = news;

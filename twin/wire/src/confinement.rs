@@ -1,4 +1,4 @@
-//! Fault confinement: error counters and the states they mean (ISO 11898-1, 12.1.4).
+//! Fault confinement: error counters and the resulting states (ISO 11898-1, 12.1.4).
 
 /// From this count on a node is error passive.
 const PASSIVE: u16 = 128;
@@ -6,7 +6,7 @@ const PASSIVE: u16 = 128;
 const BUS_OFF: u16 = 256;
 /// The receive counter has eight bits.
 const RECEIVE_LIMIT: u16 = 255;
-/// Where the receive counter of an error passive node lands after a good frame (119..=127 allowed).
+/// Receive counter of an error passive node after a valid frame (119..=127 allowed).
 const RECEIVE_AFTER_PASSIVE: u16 = 120;
 
 /// Error counters of a node.
@@ -19,12 +19,12 @@ pub struct ErrorCounters {
 }
 
 impl ErrorCounters {
-    /// Either counter above 127 (rules i and k).
+    /// Returns whether either counter is above 127 (rules i and k).
     pub fn error_passive(&self) -> bool {
         self.transmit >= PASSIVE || self.receive >= PASSIVE
     }
 
-    /// TEC above 255 (rule j).
+    /// Returns whether TEC is above 255 (rule j).
     pub fn bus_off(&self) -> bool {
         self.transmit >= BUS_OFF
     }

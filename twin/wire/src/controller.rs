@@ -1,4 +1,4 @@
-//! What a wire asks of a CAN controller, and what it tells it.
+//! Interface between a wire and a CAN controller.
 
 pub use crate::confinement::ErrorCounters;
 use crate::frame::WireFrame;
@@ -8,64 +8,64 @@ use crate::timing::BitTiming;
 /// Index of a controller on one wire, in the order of attachment.
 pub type NodeIndex = usize;
 
-/// A CAN controller as the wire sees it: registers, mailboxes and modes. Bit timing, the protocol engine and the error
-/// counters behind it are the wire's. The wire calls it only inside [`Wire::advance`](crate::wire::Wire::advance).
+/// A CAN controller on a wire: registers, mailboxes and modes. The wire implements bit timing, the protocol engine and
+/// the error counters. It calls the controller only inside [`Wire::advance`](crate::wire::Wire::advance).
 pub trait Controller {
-    /// How this controller takes part; `None` while it does not (initialisation, sleep, reset, no power): it then
-    /// neither sends, receives nor acknowledges. Its error counters stay until [`Attachment::power_cycle`] changes.
+    /// Returns how this controller takes part; `None` while it does not (initialisation, sleep, reset, no power) and
+    /// neither sends, receives nor acknowledges. Its error counters are kept until [`Attachment::power_cycle`] changes.
     fn attachment(&self) -> Option<Attachment>;
 
-    /// Error counters that it brings along from another wire when it begins to take part; `None`: it has no other, and those
-    /// that the wire knows go on.
+    /// Returns the error counters from another wire when the controller begins to take part. `None`: it has no other
+    /// wire, and the counters of this wire apply.
     fn brings(&self) -> Option<ErrorCounters> {
         None
     }
 
-    /// Earliest instant from which a frame waits for transmission (its request, or the end of a refusal such as
-    /// joining the bus); `None` when nothing waits.
+    /// Returns the earliest instant from which a frame waits for transmission: its request, or the end of a delay such
+    /// as joining the bus. `None` if no frame waits.
     fn request_at(&self) -> Option<Time>;
 
-    /// The frame this controller would send if an arbitration began at `at`; only what was requested by then.
+    /// Returns the frame that this controller would send in an arbitration at `at`, of those requested by then.
     fn contend(&self, at: Time) -> Option<WireFrame>;
 
-    /// Something happened on the wire at `at`.
+    /// Handles an event of the wire at `at`.
     fn on_wire(&mut self, at: Time, event: &WireEvent);
 
-    /// Wants [`Controller::on_line`].
+    /// Returns whether the wire has to call [`Controller::on_line`].
     fn watches_line(&self) -> bool {
         false
     }
 
-    /// The level at the RX pin changed at these instants, in order; `true` is recessive.
+    /// Handles level changes at the RX pin at these instants, in order; `true` is recessive.
     fn on_line(&mut self, _changes: &[(Time, bool)]) {}
 }
 
-/// How a controller takes part.
+/// How a controller takes part in its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Attachment {
-    /// Its bits, by its own clock.
+    /// Bit timing by its own clock.
     pub timing: BitTiming,
     /// Bus monitoring: receives, but drives nothing: no frame, no acknowledgement, no flag.
     pub silent: bool,
-    /// When bus-off, counts 128 sequences of 11 recessive bits and comes back.
+    /// When bus-off, recovers after 128 sequences of 11 recessive bits.
     pub recovers: bool,
-    /// Another number than before: the error counters start from zero.
+    /// Number of the power cycle. After a change the error counters start from zero.
     pub power_cycle: u32,
-    /// Since when it takes part; the past counts as now, and what lies ahead as the end of the advance.
+    /// Instant since which it takes part. A past instant counts as now, a future one as the end of the advance.
     pub since: Time,
 }
 
 impl Attachment {
-    /// A node that takes part in everything and leaves bus-off by itself.
+    /// Makes the attachment of a node that takes part fully and recovers from bus-off automatically.
     pub fn new(timing: BitTiming) -> Self {
         Attachment { timing, silent: false, recovers: true, power_cycle: 0, since: Time::ZERO }
     }
 }
 
-/// What a wire tells a controller. Instants are the end of the bit that decided.
+/// Event that a wire reports to a controller. Its instant is the end of the bit that caused it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WireEvent {
-    /// 11 recessive bits were seen: it takes part from now on.
+    /// It has seen 11 recessive bits and takes part from now on.
     Joined,
     /// It entered arbitration with the frame that [`Controller::contend`] gave.
     Started,
@@ -79,7 +79,7 @@ pub enum WireEvent {
     TransmitError(ErrorKind),
     /// It saw an error while it was not transmitting a frame: as a receiver, or within an error or overload frame.
     ReceiveError(ErrorKind),
-    /// Its error counters changed; told after what changed them. Leaving bus-off sets both to zero.
+    /// Its error counters changed; reported after the event that changed them. Leaving bus-off sets both to zero.
     Counters(ErrorCounters),
 }
 
@@ -90,7 +90,7 @@ pub enum ErrorKind {
     Stuff,
     /// A fixed-form bit had the wrong level.
     Form,
-    /// Nobody acknowledged.
+    /// No node acknowledged.
     Ack,
     /// Sent recessive, saw dominant, outside arbitration and ACK slot.
     BitRecessive,
@@ -105,12 +105,13 @@ pub enum ErrorKind {
 pub struct Trace {
     /// The frame.
     pub frame: WireFrame,
-    /// Who sent it.
+    /// Node that sent it.
     pub transmitter: NodeIndex,
     /// Falling edge of SOF at the transmitter.
     pub start: Time,
     /// End of the last bit of EOF: `start` and the frame's bits by the transmitter's clock. A resynchronisation of the
-    /// transmitter to the acknowledgement does not count: whoever counts bits from an edge of the frame gets here.
+    /// transmitter to the acknowledgement is not included: the instant results from counting bits from an edge of the
+    /// frame.
     pub end: Time,
     /// Bit time of the transmitter.
     pub bit_time: Time,
@@ -118,11 +119,12 @@ pub struct Trace {
 
 /// The controllers of one wire, by index of attachment.
 pub trait Controllers {
-    /// Lends the controller that was attached as `node` to `visit`, once.
+    /// Calls `visit` once with the controller that was attached as `node`.
     fn visit(&mut self, node: NodeIndex, visit: &mut dyn FnMut(&mut dyn Controller));
 
-    /// Whether a controller takes part in another way, watches its line or not, or has another frame waiting than when this was asked
-    /// last, for another reason than what the wire told it about a frame. `false` saves the wire from asking all of them.
+    /// Returns whether since the last call any controller changed how it takes part, whether it watches its line, or
+    /// its waiting frame, for other reasons than frame events of the wire. With `false` the wire does not query all
+    /// controllers.
     fn have_changed(&mut self) -> bool {
         true
     }

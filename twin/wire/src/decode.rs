@@ -40,17 +40,17 @@ impl Decoder {
         Decoder { total: u16::MAX, last: true, ..Decoder::default() }
     }
 
-    /// Bits taken so far: the index of the bit to come.
+    /// Returns the number of bits taken, which is the index of the next bit.
     pub(crate) fn index(&self) -> usize {
         usize::from(self.index)
     }
 
-    /// The bit to come is a stuff bit.
+    /// Returns whether the next bit is a stuff bit.
     pub(crate) fn stuff_is_due(&self) -> bool {
         self.run == STUFF_RUN
     }
 
-    /// The stuffed part is complete: what comes is of fixed form.
+    /// Returns whether the stuffed part is complete and fixed-form bits follow.
     pub(crate) fn is_complete(&self) -> bool {
         self.plain == self.total && !self.stuff_is_due()
     }
@@ -59,7 +59,7 @@ impl Decoder {
         self.crc == self.received_crc
     }
 
-    /// The field of the bit to come, in the stuffed part.
+    /// Returns the field of the next bit, in the stuffed part.
     pub(crate) fn field(&self) -> Field {
         if self.stuff_is_due() { Field::Stuff } else { self.plain_field() }
     }

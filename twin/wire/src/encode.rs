@@ -80,7 +80,7 @@ impl Bits {
         self.count += count;
     }
 
-    /// With stuff bits; `arbitration` of these bits are the arbitration field.
+    /// Inserts stuff bits. The first `arbitration` bits are the arbitration field.
     fn stuffed(&self, arbitration: u32) -> Encoded {
         let mut encoded = Encoded {
             bits: [true; LONGEST],
@@ -179,7 +179,7 @@ fn crc_of(bits: u128) -> u16 {
     })
 }
 
-/// What eight zeros make of a remainder whose high byte is the index.
+/// Remainder after eight zeros of a remainder whose high byte is the index.
 const CRC_OF_BYTE: [u16; 256] = {
     let mut table = [0; 256];
     let mut byte = 0;

@@ -13,7 +13,8 @@ pub(crate) struct BitErrors {
 }
 
 impl BitErrors {
-    /// Each of `nodes` nodes sees each microsecond inverted with probability `rate`; `None` for a rate of zero.
+    /// Makes the process: each of `nodes` nodes sees each microsecond inverted with probability `rate`. Returns `None`
+    /// for a rate of zero.
     pub(crate) fn new(rate: f64, seed: u64, now: Time, nodes: usize) -> Option<Self> {
         if rate == 0.0 || nodes == 0 {
             return None;
@@ -24,7 +25,7 @@ impl BitErrors {
         Some(errors)
     }
 
-    /// The disturbance that is due.
+    /// Returns the present disturbance and schedules the next one.
     pub(crate) fn strike(&mut self, nodes: usize) -> Fault {
         let node = self.rng.usize(..nodes);
         self.plan();

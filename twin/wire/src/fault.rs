@@ -1,4 +1,4 @@
-//! Faults of cable, nodes and line, at a given time; what cannot be is refused with the reason.
+//! Faults of cable, nodes and line, at a given time. Impossible faults are refused with the reason.
 
 use crate::controller::NodeIndex;
 use crate::encode::LONGEST;
@@ -6,10 +6,10 @@ use crate::field::Field;
 use crate::frame::WireFrame;
 use crate::time::Time;
 
-/// What a disturbance does to the level that a node sees.
+/// Effect of a disturbance on the level that a node sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Effect {
-    /// The other level.
+    /// Inverted.
     Invert,
     /// Dominant, whatever is sent.
     Dominant,
@@ -25,7 +25,7 @@ impl Nodes {
     /// Every node.
     pub const ALL: Nodes = Nodes(u128::MAX);
 
-    /// These.
+    /// Makes a set of these nodes.
     ///
     /// # Panics
     /// When an index exceeds 127: no wire has so many nodes.
@@ -36,7 +36,7 @@ impl Nodes {
         }))
     }
 
-    /// Names nodes of a wire of `count` nodes.
+    /// Checks that all nodes are on a wire of `count` nodes.
     fn check(self, count: usize) -> Result<(), FaultError> {
         let beyond = 128 - self.0.leading_zeros() as usize;
         match self {
@@ -47,78 +47,78 @@ impl Nodes {
         }
     }
 
-    /// Is one of them.
+    /// Returns whether a node is in the set.
     pub fn contains(self, node: NodeIndex) -> bool {
         self.0 >> node & 1 == 1
     }
 }
 
-/// Something that happens to a wire. Positions are metres from its left end.
+/// Fault of a wire, or its end. Positions are metres from its left end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// Both wires break here; a node at exactly this position belongs to the right piece. A second cut at the same
     /// position changes nothing.
     Cut {
-        /// Where.
+        /// Position of the break, in metres.
         position_m: f64,
     },
     /// The break at exactly this position heals; without one nothing changes.
     Restore {
-        /// Where.
+        /// Position of the break, in metres.
         position_m: f64,
     },
     /// Every break heals.
     RestoreAll,
-    /// The piece of cable here shows one level, whatever is sent (`true`: recessive).
+    /// The piece of cable at a position is stuck at one level.
     Short {
-        /// Where.
+        /// Position on the piece, in metres.
         position_m: f64,
-        /// Its level.
+        /// Level of the piece (`true`: recessive).
         level: bool,
     },
-    /// Every short is gone.
+    /// All shorts end.
     ClearShorts,
-    /// The stub of a node opens: it sees nothing but itself, and nobody sees it.
+    /// The stub of a node opens: it is connected to no other node.
     Disconnect(NodeIndex),
     /// The stub is whole again.
     Reconnect(NodeIndex),
     /// A node loses its power: it drives nothing and takes no part, until [`Fault::PowerOn`].
     PowerOff(NodeIndex),
-    /// It comes back, with error counters of zero.
+    /// A node gets its power back, with error counters of zero.
     PowerOn(NodeIndex),
     /// The driver of a node is stuck dominant.
     StuckDominant(NodeIndex),
-    /// It is free again.
+    /// The driver of a node is no longer stuck.
     ReleaseDriver(NodeIndex),
     /// A node sends this frame whenever the bus is free, instead of what its controller wants to send.
     Babble(NodeIndex, WireFrame),
-    /// It stops with the frame under way.
+    /// The babbling node stops after the present frame.
     StopBabbling(NodeIndex),
-    /// The oscillator of a node runs this many parts per billion fast, beyond what its controller says, from its next
-    /// frame on: +1 000 000 000 is twice the bit rate.
+    /// The oscillator of a node runs fast by this many parts per billion in addition to its controller's timing, from
+    /// its next frame on: +1 000 000 000 is twice the bit rate.
     Drift(NodeIndex, i32),
-    /// A disturbance of the line, as these nodes see it.
+    /// A disturbance of the line at some nodes.
     Glitch {
-        /// Who sees it.
+        /// Nodes that see it.
         nodes: Nodes,
-        /// How long.
+        /// Duration.
         duration: Time,
-        /// What.
+        /// Effect on the level.
         effect: Effect,
     },
-    /// The next bit at a place in the traffic reads as its opposite.
+    /// The next bit at a place in the traffic is inverted.
     Flip(Flip),
-    /// From here on each node sees each microsecond inverted with this probability (1 Mbit/s: the bit error rate);
-    /// zero ends it.
+    /// From now on each node sees each microsecond inverted with a probability, which is the bit error rate at 1
+    /// Mbit/s. Zero ends it.
     BitErrors {
         /// Probability, 0 to 1.
         rate: f64,
-        /// Of the random numbers.
+        /// Seed of the random numbers.
         seed: u64,
     },
 }
 
-/// A bit that reads as its opposite, once for each of some nodes.
+/// An inverted bit, once for each of some nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flip {
     place: Place,
@@ -135,7 +135,7 @@ pub enum Place {
 }
 
 impl Flip {
-    /// Strikes each of `nodes` at the next bit that it sees at `place`.
+    /// Makes a flip that inverts, for each of `nodes`, the next bit that it sees at `place`.
     pub fn new(place: Place, nodes: Nodes) -> Self {
         Flip { place, left: nodes }
     }
@@ -148,7 +148,7 @@ impl Flip {
             }
     }
 
-    /// `node` has been struck; `true` when nobody is left.
+    /// Removes `node` after its flip. Returns `true` if no node is left.
     pub(crate) fn strike(&mut self, node: NodeIndex) -> bool {
         self.left = Nodes(self.left.0 & !(1 << node));
         self.is_spent()
@@ -158,46 +158,46 @@ impl Flip {
         self.left.0 == 0
     }
 
-    /// Only nodes that there are.
+    /// Limits the flip to the nodes of a wire with `count` nodes.
     pub(crate) fn among(self, count: usize) -> Flip {
         let all = u128::MAX.checked_shr(128 - count as u32).unwrap_or(0);
         Flip { left: Nodes(self.left.0 & all), ..self }
     }
 }
 
-/// Why a fault cannot be.
+/// Reason why a fault is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FaultError {
-    /// A position that no cable has.
+    /// The position is invalid.
     #[error("a position on a cable is a finite number of metres from 0 on, not {0}")]
     Position(f64),
     /// There is no such node.
     #[error("there is no node {node}: the wire has {count}, counted from 0")]
     Node {
-        /// Asked for.
+        /// Node in the fault.
         node: NodeIndex,
-        /// Nodes of the wire.
+        /// Number of nodes of the wire.
         count: usize,
     },
-    /// A disturbance that no node would see.
+    /// The disturbance has no nodes.
     #[error("a disturbance names at least one node")]
     NoNode,
-    /// A probability outside 0 to 1.
+    /// The probability is not in 0 to 1.
     #[error("a bit error rate lies between 0 and 1, not at {0}")]
     Rate(f64),
-    /// A disturbance without length.
+    /// The disturbance has no duration.
     #[error("a disturbance lasts at least one tick of 1/336 us")]
     NoDuration,
-    /// An oscillator that stands still or runs backwards.
+    /// The oscillator would stand still or run backwards.
     #[error("an oscillator cannot be {0} ppb off: more than -1 000 000 000 is possible")]
     Drift(i32),
-    /// A place that no bit has.
+    /// No bit has this place.
     #[error("no bit is at {0:?}")]
     Place(Place),
-    /// A time that has passed.
+    /// The time has passed.
     #[error("{at:?} has passed: it is {now:?}")]
     Past {
-        /// Asked for.
+        /// Requested time.
         at: Time,
         /// The present of the wire.
         now: Time,
@@ -205,7 +205,7 @@ pub enum FaultError {
 }
 
 impl Fault {
-    /// Can happen to a wire of `count` nodes.
+    /// Checks that the fault is possible on a wire of `count` nodes.
     pub(crate) fn check(&self, count: usize) -> Result<(), FaultError> {
         let position = |at: f64| {
             let exists = at.is_finite() && at >= 0.0;

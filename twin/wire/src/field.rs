@@ -1,4 +1,4 @@
-//! Where in a frame, or between frames, a bit lies.
+//! Position of a bit within a frame or between frames.
 
 /// The part of the bus traffic that a bit belongs to, as one node sees it (ISO 11898-1, 10.4 to 10.9).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -41,10 +41,10 @@ pub enum Field {
     ErrorFlag(u8),
     /// A node's own overload flag; 0 is its first bit.
     OverloadFlag(u8),
-    /// After the own flag, as long as others hold the line dominant, and the first recessive bit of the delimiter.
+    /// After the own flag, while other nodes hold the line dominant, and the first recessive bit of the delimiter.
     Superposition(u8),
     /// Error or overload delimiter from its second bit on, 1 to 7.
     Delimiter(u8),
-    /// Nothing goes on, or the node takes no part.
+    /// The bus is idle, or the node does not take part.
     Idle,
 }

@@ -1,9 +1,9 @@
-//! The fast path: a frame that nothing disturbs, computed as a whole.
+//! The fast path: an undisturbed frame, computed as a whole.
 //!
-//! For one transmitter and receivers that are in step with it only the edges of the frame matter: each receiver's clock
-//! is led from edge to edge with the same arithmetic as on the bit path, and every sample is checked to fall into its
-//! bit. Then come the acknowledgement, in which everybody's first edge is the earliest of all, and the recessive end.
-//! Whatever does not fit (another contender, a sample that would miss, a disturbance to come) is left to the bit path.
+//! For one transmitter and synchronised receivers only the edges of the frame matter. Each receiver's clock is advanced
+//! from edge to edge with the same arithmetic as on the bit path, and every sample is checked to be within its bit. The
+//! acknowledgement, whose first edge is the earliest of all receivers', and the recessive end follow. All other cases
+//! (another contender, a sample outside its bit, a future disturbance) are left to the bit path.
 
 use std::collections::VecDeque;
 
@@ -20,11 +20,11 @@ use crate::timing::{BitClock, Edge};
 
 /// ACK delimiter and EOF.
 const RECESSIVE_END: u64 = 8;
-/// An error flag and its delimiter that nobody prolongs.
+/// Bits of an error flag and its delimiter that no other node extends.
 const ERROR_FRAME: u64 = 14;
 const FLAG: u64 = 6;
 
-/// A node that takes part, with the bit under way.
+/// A node that takes part, with its present bit.
 struct Participant {
     node: NodeIndex,
     clock: BitClock,
@@ -32,14 +32,14 @@ struct Participant {
     silent: bool,
 }
 
-/// What is to be computed: `own`, of which the transmitter sends bit `index`; 0 for a flight that begins with its SOF.
+/// A frame to compute: `own`, of which the transmitter sends bit `index`; 0 for a flight that begins with its SOF.
 struct Plan<'a> {
     own: &'a Transmission,
     index: usize,
-    /// Bit `index` at the transmitter.
+    /// Clock of the transmitter at bit `index`.
     clock: BitClock,
     transmitter: NodeIndex,
-    /// The changes of level that the transmitter still makes, up to the CRC delimiter.
+    /// Level changes that the transmitter will make up to the CRC delimiter.
     edges: Vec<Edge>,
 }
 
@@ -73,7 +73,7 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Lets the level change from `before` at `edge`, between the sample of the bit under way and that of the next.
+/// Changes the level from `before` at `edge`, between the sample of the present bit and that of the next.
 fn pass_edge(mut clock: BitClock, edge: Fine, before: bool, sends_dominant: bool) -> Option<BitClock> {
     let apply = |clock: &mut BitClock, sends_dominant| {
         if before == RECESSIVE {
@@ -86,7 +86,7 @@ fn pass_edge(mut clock: BitClock, edge: Fine, before: bool, sends_dominant: bool
         if edge <= clock.sample || clock.latched.is_some() {
             return None;
         }
-        // In this bit it still sends what the line shows.
+        // In this bit the node still sends the level of the line.
         apply(&mut clock, before == DOMINANT && sends_dominant);
         clock.next_bit(before);
     } else {
@@ -100,7 +100,7 @@ fn pass_edge(mut clock: BitClock, edge: Fine, before: bool, sends_dominant: bool
 }
 
 impl Segment {
-    /// `node` begins `own` now, on a line that was still.
+    /// Starts `own` of `node` now, on an idle line.
     pub(crate) fn launch(&mut self, node: NodeIndex, own: Transmission, stage: &mut Stage) {
         for n in 0..self.members.len() {
             self.catch_up(self.members[n], self.cursor, stage);
@@ -120,7 +120,7 @@ impl Segment {
         self.drive(node, stage);
     }
 
-    /// Continues as a flight once arbitration is over and everybody is in step.
+    /// Changes to a flight when arbitration is over and all nodes are synchronised.
     pub(crate) fn try_take_off(&mut self, stage: &mut Stage) -> bool {
         if !stage.fast
             || self.grounded
@@ -142,7 +142,8 @@ impl Segment {
         }
     }
 
-    /// One node transmits, past its arbitration, and all others that take part have taken the same bits.
+    /// Returns whether one node transmits after its arbitration, and all other participants have received the same
+    /// bits.
     fn is_in_step(&self, stage: &Stage) -> bool {
         let mut first: Option<NodeIndex> = None;
         let mut transmitters = 0;
@@ -155,7 +156,7 @@ impl Segment {
             }
             if let Some(own) = &mac.transmission {
                 transmitters += 1;
-                // One that has gone silent in mid-frame reaches nobody.
+                // A node that became silent within the frame reaches no other node.
                 if mac.decoder.index() < own.encoded.arbitration_len() || mac.is_silent() {
                     return false;
                 }
@@ -245,7 +246,7 @@ impl Segment {
         (flight.end < stage.horizon).then_some(flight)
     }
 
-    /// Nobody else is there: a missing acknowledgement and its error frame.
+    /// Computes a flight without other nodes: a missing acknowledgement and its error frame.
     fn alone(&self, plan: &Plan, stage: &Stage) -> Flight {
         let node = plan.transmitter;
         let bit = plan.clock.bit;
@@ -276,7 +277,7 @@ impl Segment {
         }
     }
 
-    /// Others are there and acknowledge.
+    /// Computes a flight that other nodes acknowledge.
     fn acknowledged(&self, plan: &Plan, mut participants: Vec<Participant>, stage: &Stage) -> Option<Flight> {
         let rest = plan.rest();
         for participant in &mut participants {
@@ -298,7 +299,7 @@ impl Segment {
         self.land(plan, participants, lines, stage)
     }
 
-    /// Leads everybody from the CRC delimiter to intermission.
+    /// Advances all nodes from the CRC delimiter to intermission.
     fn acknowledge(&self, participants: &mut [Participant], stage: &Stage) -> Option<Pulses> {
         let place = |node: NodeIndex| stage.nodes[node].offset;
         let mut pulses = Pulses::default();
@@ -316,7 +317,7 @@ impl Segment {
             (Some(&left), Some(&right)) => place(right) - place(left),
             _ => Fine(0),
         };
-        // One pulse without a gap, wherever it is seen.
+        // The acknowledgement must be one pulse without a gap at every node.
         if pulses.begins.all().max()? + extent > pulses.ends.all().min()? {
             return None;
         }
@@ -328,7 +329,7 @@ impl Segment {
         Some(pulses)
     }
 
-    /// What is told at the end of an acknowledged frame, and how everybody stands then.
+    /// Returns the events at the end of an acknowledged frame, and the state of all nodes then.
     fn land(
         &self,
         plan: &Plan,
@@ -373,7 +374,8 @@ impl Segment {
         })
     }
 
-    /// What those see that watch their line, up to the CRC delimiter, and an error flag if there is one.
+    /// Returns the level changes for nodes that watch their line, up to the CRC delimiter, and an error flag if there
+    /// is one.
     fn lines(&self, plan: &Plan, stage: &Stage, flag: impl Fn(Fine) -> Option<(Fine, Fine)>) -> Lines {
         let watching = self.members.iter().filter(|&&node| stage.nodes[node].watches);
         let line = |&node: &NodeIndex| {
@@ -391,7 +393,7 @@ impl Segment {
         watching.map(line).collect()
     }
 
-    /// Somebody whom the SOF has yet to reach wants to send by now, which nobody knew when the flight began.
+    /// Returns whether a node that the SOF has not reached yet requests a frame that was unknown when the flight began.
     fn is_contested(&self, flight: &Flight, stage: &mut Stage) -> bool {
         flight.with_sof
             && self.cursor <= flight.own.start + flight.own.bit
@@ -405,7 +407,7 @@ impl Segment {
             })
     }
 
-    /// Lets a flight go on. `true`: nothing more up to `until`.
+    /// Continues a flight. Returns `true` if nothing more happens up to `until`.
     pub(crate) fn run_flight(&mut self, until: Fine, stage: &mut Stage) -> bool {
         if let Mode::Flight(flight) = &self.mode
             && self.is_contested(flight, stage)
@@ -448,7 +450,7 @@ impl Segment {
         false
     }
 
-    /// Takes a flight back to its beginning and plays it bit by bit up to now, unheard.
+    /// Reverts a flight to its beginning and repeats it bit by bit up to now, without reporting events.
     pub(crate) fn replay(&mut self, stage: &mut Stage) {
         let Mode::Flight(flight) = std::mem::replace(&mut self.mode, Mode::Bits(Arrivals::default())) else {
             return;
@@ -471,7 +473,7 @@ impl Segment {
     }
 }
 
-/// The acknowledgement: where it begins and where it ends.
+/// Edges of the acknowledgement: its beginning and its end.
 #[derive(Default)]
 struct Pulses {
     begins: Origins,
@@ -479,19 +481,19 @@ struct Pulses {
 }
 
 impl Pulses {
-    /// First and last dominant instant at `node`.
+    /// Returns the first and last dominant instant at `node`.
     fn seen_by(&self, node: NodeIndex, stage: &Stage) -> (Fine, Fine) {
         let from = self.begins.reaching(node, stage, Fine::min).unwrap_or(Fine::NEVER);
         (from, self.ends.reaching(node, stage, Fine::max).unwrap_or(Fine::NEVER))
     }
 }
 
-/// Level changes on their way from several nodes at once.
+/// Level changes that propagate from several nodes.
 #[derive(Default)]
 struct Origins {
-    /// When the level is on the line, and where.
+    /// Instant at which the level is on the line, and position.
     heard_by_all: Vec<(Fine, Fine)>,
-    /// Of silent nodes: only they themselves see them.
+    /// Level changes of silent nodes, which only they themselves see.
     silent: Vec<(NodeIndex, Fine)>,
 }
 
@@ -505,7 +507,7 @@ impl Origins {
         }
     }
 
-    /// The instant that `pick` takes of all that reach `node`; `None` when only silent nodes acknowledge.
+    /// Returns the instant that `pick` selects of all that reach `node`; `None` if only silent nodes acknowledge.
     fn reaching(&self, node: NodeIndex, stage: &Stage, pick: fn(Fine, Fine) -> Fine) -> Option<Fine> {
         let place = stage.nodes[node].offset;
         let heard = self.heard_by_all.iter().map(|&(at, from)| at + Fine(from.0.abs_diff(place.0)));

@@ -1,6 +1,6 @@
-//! What can travel on a wire: every frame of ISO 11898-1, also those our nodes never send.
+//! Frames on a wire: every frame of ISO 11898-1, also those that nodes of this project never send.
 
-/// Identifier of a frame; orders as arbitration does not (compare encoded bits for that).
+/// Identifier of a frame. Its order is not that of arbitration, for which encoded bits have to be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WireId {
     /// 11 bits, `0..=0x7FF`.
@@ -14,7 +14,7 @@ pub enum WireId {
 pub struct WireFrame {
     /// Identifier.
     pub id: WireId,
-    /// Remote transmission request: no data field, whatever the DLC.
+    /// Remote transmission request: no data field for any DLC.
     pub remote: bool,
     /// DLC as sent, `0..=15`; 9..15 mean 8 data bytes.
     pub dlc: u8,
@@ -40,7 +40,7 @@ impl WireFrame {
         if self.remote { 0 } else { usize::from(self.dlc.min(8)) }
     }
 
-    /// No data bytes.
+    /// Returns whether there are no data bytes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -1,8 +1,8 @@
-//! CAN buses in virtual time: every bit of every node, and what goes wrong.
+//! CAN buses in virtual time: every bit of every node, and faults.
 //!
-//! A [`Wire`](wire::Wire) joins any number of [`Controller`](controller::Controller)s. It knows nothing of what stands
-//! behind a controller: an emulated bxCAN or a std mock. Bit timing, arbitration, acknowledgement, error frames and
-//! fault confinement are its own (ISO 11898-1); faults are values ([`fault::Fault`]).
+//! A [`Wire`](wire::Wire) joins any number of [`Controller`](controller::Controller)s. A controller may be an emulated
+//! bxCAN or a mock. The wire implements bit timing, arbitration, acknowledgement, error frames and fault confinement
+//! (ISO 11898-1). Faults are values ([`fault::Fault`]).
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

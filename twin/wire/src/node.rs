@@ -1,4 +1,4 @@
-//! One node of a wire: its engine, and the line as it sees it.
+//! One node of a wire: its engine, and the line at its position.
 
 use crate::controller::Attachment;
 use crate::fault::Effect;
@@ -20,27 +20,27 @@ pub(crate) struct Node {
     pub(crate) position_m: f64,
     /// Propagation delay from the left end.
     pub(crate) offset: Fine,
-    /// From its output to the line, and from the line to its input.
+    /// Delay from its output to the line, and from the line to its input.
     pub(crate) driver: Fine,
     pub(crate) receiver: Fine,
     /// Dominant drivers that have arrived here.
     pub(crate) seen: Drivers,
     /// The level at its RX pin.
     pub(crate) level: bool,
-    /// Its driver is dominant, as it sees it itself.
+    /// Its driver is dominant for the node itself.
     pub(crate) driving: bool,
-    /// Its driver is dominant, as the others see it: a silent node drives nobody but itself.
+    /// Its driver is dominant for other nodes. A silent node drives only itself.
     pub(crate) driving_others: bool,
-    /// When either last changed.
+    /// Instant of the last change of either.
     pub(crate) drove_at: Fine,
     /// Level of a shorted piece of cable.
     pub(crate) short: Option<bool>,
     /// Disturbances in progress.
     pub(crate) glitch: Glitching,
     pub(crate) condition: Condition,
-    /// Wants to know of level changes.
+    /// Records level changes for its controller.
     pub(crate) watches: bool,
-    /// Level changes not handed over yet, in the order of time.
+    /// Level changes not yet reported, in chronological order.
     pub(crate) changes: Vec<(Time, bool)>,
 }
 
@@ -53,7 +53,7 @@ pub(crate) struct Glitching {
 }
 
 impl Glitching {
-    /// How many disturbances with this effect are at work.
+    /// Returns the number of active disturbances with this effect.
     pub(crate) fn of(&mut self, effect: Effect) -> &mut u32 {
         match effect {
             Effect::Invert => &mut self.inverted,
@@ -71,14 +71,14 @@ pub(crate) struct Condition {
     pub(crate) unpowered: bool,
     /// Its driver is stuck dominant.
     pub(crate) stuck_dominant: bool,
-    /// It sends this frame without end, whatever its controller wants.
+    /// It sends this frame continuously instead of its controller's frames.
     pub(crate) babbles: Option<WireFrame>,
-    /// Its oscillator runs this much faster than its controller believes.
+    /// Additional frequency error of its oscillator, in parts per billion; positive: fast.
     pub(crate) drift_ppb: i32,
 }
 
 impl Condition {
-    /// How a controller that wants to take part so does take part.
+    /// Returns how a controller takes part that requests `asked`, with these faults.
     pub(crate) fn bends(&self, asked: Attachment) -> Option<Attachment> {
         if self.unpowered {
             return None;
@@ -113,13 +113,13 @@ impl Node {
         }
     }
 
-    /// What its driver does to the line.
+    /// Returns whether its driver is dominant.
     pub(crate) fn wants_to_drive(&self) -> bool {
         let stuck = self.condition.stuck_dominant && !self.condition.unpowered;
         stuck || self.mac.drives()
     }
 
-    /// The level that its receiver sees.
+    /// Returns the level at its receiver.
     pub(crate) fn line(&self) -> bool {
         let bus = self.short.unwrap_or(self.seen == 0);
         let forced = match self.glitch {
@@ -130,7 +130,7 @@ impl Node {
         forced != (self.glitch.inverted % 2 == 1)
     }
 
-    /// Neither a short nor a disturbance is at work.
+    /// Returns whether neither a short nor a disturbance is active.
     pub(crate) fn is_undisturbed(&self) -> bool {
         self.short.is_none() && self.glitch == Glitching::default() && !self.condition.stuck_dominant
     }

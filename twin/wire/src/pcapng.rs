@@ -90,7 +90,7 @@ fn nanoseconds(at: Time) -> u64 {
     at.as_us() * 1000 + at.0 % TICKS_PER_US * 1000 / TICKS_PER_US
 }
 
-/// The packet, and how much of it counts.
+/// Returns the packet and its length in bytes.
 fn socketcan(frame: &WireFrame) -> ([u8; 16], usize) {
     let mut word = match frame.id {
         WireId::Standard(id) => u32::from(id),

@@ -1,36 +1,36 @@
-//! What an observer of a wire gets to know.
+//! Records for observers of a wire.
 
 use crate::controller::{ErrorKind, NodeIndex, Trace};
 use crate::fault::Fault;
 use crate::frame::WireFrame;
 use crate::time::Time;
 
-/// One thing that happened, in the order of time.
+/// One event on a wire.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Observation {
     /// A frame was acknowledged and completed.
     Completed {
         /// The frame.
         trace: Trace,
-        /// Who received it, and when it was valid there (last but one bit of EOF), in the order of time.
+        /// Nodes that received it, and when it was valid there (last but one bit of EOF), in chronological order.
         receivers: Vec<(NodeIndex, Time)>,
         /// Piece of the cable, counted from the left; 0 on an uncut one.
         segment: usize,
     },
     /// A transmission ended without success.
     Destroyed {
-        /// What was being sent.
+        /// Frame that was being sent.
         frame: WireFrame,
-        /// Who sent it.
+        /// Node that sent it.
         transmitter: NodeIndex,
         /// Falling edge of SOF at the transmitter.
         start: Time,
-        /// When it ended.
+        /// End of the transmission.
         at: Time,
-        /// Why.
+        /// Cause.
         cause: Destruction,
-        /// Who received it before that, because the error came after it was valid there: they will receive it twice.
-        /// [`Observation::ReceivedLate`] has those that received it later.
+        /// Nodes that received it before that, because the error reached them after it was valid: they will receive it
+        /// twice. [`Observation::ReceivedLate`] reports nodes that received it later.
         receivers: Vec<(NodeIndex, Time)>,
         /// Piece of the cable, counted from the left; 0 on an uncut one.
         segment: usize,
@@ -38,50 +38,50 @@ pub enum Observation {
     /// A node received a frame after its transmission had ended without success: the error had not yet reached the node when
     /// the frame was valid there.
     ReceivedLate {
-        /// When it was valid.
+        /// Instant at which it was valid.
         at: Time,
-        /// By whom.
+        /// Node that received it.
         node: NodeIndex,
         /// The frame.
         frame: WireFrame,
-        /// Who sent it.
+        /// Node that sent it.
         transmitter: NodeIndex,
         /// Falling edge of SOF at the transmitter.
         start: Time,
     },
-    /// A node received a frame that nobody sent: an error that no check caught.
+    /// A node received a frame that was not sent: no check detected the error.
     Misread {
-        /// When it was valid.
+        /// Instant at which it was valid.
         at: Time,
-        /// By whom.
+        /// Node that received it.
         node: NodeIndex,
-        /// What it received.
+        /// Frame that was received.
         frame: WireFrame,
     },
     /// A node saw an error.
     Error {
-        /// End of the bit that showed it.
+        /// End of the bit in which it was detected.
         at: Time,
-        /// Who saw it.
+        /// Node that detected it.
         node: NodeIndex,
-        /// What.
+        /// Kind of the error.
         kind: ErrorKind,
-        /// It was transmitting a frame.
+        /// Whether the node was transmitting a frame.
         transmitting: bool,
     },
-    /// Something was done to the wire.
+    /// A fault began or ended.
     Fault {
-        /// When.
+        /// Instant of the fault.
         at: Time,
-        /// What.
+        /// The fault.
         fault: Fault,
     },
 }
 
-/// Why a transmission ended early.
+/// Reason why a transmission ended early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Destruction {
-    /// The transmitter saw an error; [`ErrorKind::Ack`] when nobody acknowledged.
+    /// The transmitter detected an error; [`ErrorKind::Ack`] if no node acknowledged.
     Error(ErrorKind),
     /// The transmitter left the bus.
     TransmitterLeft,
@@ -94,7 +94,7 @@ pub struct Counters {
     pub completed: u64,
     /// Transmissions that ended early for any reason but a missing acknowledgement.
     pub destroyed: u64,
-    /// Transmissions that nobody acknowledged.
+    /// Transmissions without acknowledgement.
     pub ack_errors: u64,
     /// Time spent on frames and error frames, each with its intermission; over the time elapsed it is the bus load.
     /// The pieces of a cut cable add up.
@@ -102,7 +102,7 @@ pub struct Counters {
 }
 
 impl Observation {
-    /// When it was over.
+    /// Returns the end of the event.
     pub fn at(&self) -> Time {
         match self {
             Observation::Completed { trace, .. } => trace.end,

@@ -1,9 +1,9 @@
 //! One connected piece of a wire, in one of three modes.
 //!
-//! * [`Mode::Still`]: the line keeps its level; every node counts bits for itself, if at all.
+//! * [`Mode::Still`]: the line keeps its level; nodes only count bits, each by itself.
 //! * [`Mode::Bits`]: bit by bit, node by node, level change by level change ([`crate::bits`]).
-//! * [`Mode::Flight`]: a frame that nothing disturbs, computed as a whole ([`crate::flight`]). It changes no node before
-//!   its end, so that a disturbance nobody foresaw can take it back and play it bit by bit.
+//! * [`Mode::Flight`]: an undisturbed frame, computed as a whole ([`crate::flight`]). It changes no node before its
+//!   end, so that an unexpected disturbance can revert it and repeat it bit by bit.
 
 use std::collections::VecDeque;
 
@@ -17,7 +17,7 @@ use crate::node::Drivers;
 use crate::stage::{Ledger, Stage};
 use crate::timing::BitClock;
 
-/// How a segment is being computed.
+/// Mode in which a segment is computed.
 #[derive(Clone, Debug)]
 pub(crate) enum Mode {
     Still,
@@ -25,35 +25,35 @@ pub(crate) enum Mode {
     Flight(Box<Flight>),
 }
 
-/// Level changes to come at some nodes.
+/// Future level changes at some nodes.
 pub(crate) type Lines = Vec<(NodeIndex, VecDeque<(Fine, bool)>)>;
 
-/// A frame under way whose rest is known.
+/// A frame in progress whose rest is computed.
 #[derive(Clone, Debug)]
 pub(crate) struct Flight {
-    /// The nodes are as they were here.
+    /// Instant of the nodes' stored state.
     pub(crate) from: Fine,
     pub(crate) own: Transmission,
     pub(crate) transmitter: NodeIndex,
-    /// The flight began with its SOF, of which the nodes know nothing.
+    /// The flight began with its SOF, which is not in the nodes' state.
     pub(crate) with_sof: bool,
     pub(crate) agenda: VecDeque<(Fine, NodeIndex, WireEvent)>,
     pub(crate) landings: Vec<Landing>,
-    /// Everybody has reached intermission.
+    /// Instant at which all nodes have reached intermission.
     pub(crate) end: Fine,
-    /// Level changes to hand to those that watch their line.
+    /// Level changes for nodes that watch their line.
     pub(crate) lines: Lines,
 }
 
 impl Flight {
-    /// Error counters of `node`, once everything about them has been told.
+    /// Returns the error counters of `node` after all changes have been reported.
     pub(crate) fn counters(&self, node: NodeIndex) -> Option<ErrorCounters> {
         let told = self.agenda.iter().all(|&(_, other, _)| other != node);
         let landing = self.landings.iter().find(|landing| landing.node == node);
         landing.filter(|_| told).map(|landing| landing.counters)
     }
 
-    /// Whether `node` has come to its intermission at `now`; `None` when it takes no part.
+    /// Returns whether `node` has reached its intermission at `now`; `None` if it does not take part.
     pub(crate) fn has_landed(&self, node: NodeIndex, now: Fine) -> Option<bool> {
         let landing = self.landings.iter().find(|landing| landing.node == node)?;
         Some(landing.clock.start <= now)
@@ -71,23 +71,23 @@ pub(crate) struct Landing {
 /// One connected piece of a wire.
 #[derive(Clone, Debug)]
 pub(crate) struct Segment {
-    /// Nodes on this piece in the order of their place.
+    /// Nodes on this piece in the order of their positions.
     pub(crate) members: Vec<NodeIndex>,
-    /// Of each node its index in `members`.
+    /// Index of each node in `members`.
     pub(crate) places: Vec<usize>,
-    /// Of [`Mode::Bits`]; empty when somebody may have other plans.
+    /// Plans for [`Mode::Bits`]; empty if any may be outdated.
     pub(crate) calendar: Calendar,
     pub(crate) mode: Mode,
-    /// Up to here everything has happened.
+    /// Instant up to which everything has been computed.
     pub(crate) cursor: Fine,
-    /// When something happens here by itself, as of the last run.
+    /// Instant of the next own event of the segment, as of the last run.
     pub(crate) next: Fine,
     pub(crate) ledger: Ledger,
     /// Stays on the bit path until everything has settled.
     pub(crate) grounded: bool,
-    /// What happens has happened before: nobody is asked.
+    /// Replays past events without querying controllers.
     pub(crate) replaying: bool,
-    /// Nodes that withdrew what they had asked for; not to be asked again in this run.
+    /// Nodes that withdrew their request; they are not queried again in this run.
     pub(crate) withdrawn: Drivers,
 }
 
@@ -109,7 +109,8 @@ impl Segment {
         }
     }
 
-    /// Whether a run to `until` finds nothing to do, if nothing has changed from outside since the last run. Time passes then.
+    /// Returns whether a run to `until` has nothing to do, if there was no external change since the last run. If so,
+    /// advances the time.
     pub(crate) fn rests_until(&mut self, until: Fine) -> bool {
         let rests = self.withdrawn == 0 && self.next > until && !matches!(self.mode, Mode::Bits(_));
         if rests {
@@ -137,7 +138,7 @@ impl Segment {
         self.ledger.told_until = None;
     }
 
-    /// Goes over to bits, at the instant up to which everything has happened.
+    /// Changes to [`Mode::Bits`] at the instant up to which everything has been computed.
     pub(crate) fn wake(&mut self, stage: &mut Stage) -> &mut Arrivals {
         self.calendar = Calendar::default();
         if let Mode::Flight(_) = self.mode {
@@ -152,7 +153,7 @@ impl Segment {
         self.arrivals()
     }
 
-    /// Lets time pass on an unchanging line. `true`: nothing more up to `until`.
+    /// Advances time on an unchanging line. Returns `true` if nothing more happens up to `until`.
     fn run_still(&mut self, until: Fine, stage: &mut Stage) -> bool {
         // Of equal instants the first one counts.
         let first = |plan: &(Fine, NodeIndex)| plan.0;
@@ -177,13 +178,13 @@ impl Segment {
         false
     }
 
-    /// When `node` would start a frame of its own if its line stayed recessive.
+    /// Returns when `node` would start a frame of its own if its line stayed recessive.
     pub(crate) fn start_of(&self, node: NodeIndex, stage: &mut Stage) -> Option<Fine> {
         let asks = !self.replaying && self.withdrawn >> node & 1 == 0;
         if asks { stage.start_of(node, self.cursor) } else { None }
     }
 
-    /// When `node` has something to tell if its line keeps its level.
+    /// Returns the next event of `node` if its line keeps its level.
     fn due(&self, node: NodeIndex, stage: &Stage) -> Option<Fine> {
         let node = &stage.nodes[node];
         let bits = match node.mac.state {
@@ -198,13 +199,13 @@ impl Segment {
         (node.level == RECESSIVE).then(|| node.mac.clock.end + node.mac.clock.bit.times(bits))
     }
 
-    /// Lets the bits of `node` that end at or before `at` pass.
+    /// Ends the bits of `node` that end at or before `at`.
     pub(crate) fn catch_up(&mut self, node: NodeIndex, at: Fine, stage: &mut Stage) {
         while stage.nodes[node].mac.is_running() && stage.nodes[node].mac.clock.end <= at {
             let this = &mut stage.nodes[node];
             let end = this.mac.clock.end;
             if this.level != RECESSIVE {
-                // Settled: nothing but time passes.
+                // Settled: only time passes.
                 let bits = 1 + (at - end).0 / this.mac.clock.bit.0;
                 this.mac.clock.skip(bits, this.level);
                 break;
@@ -216,7 +217,7 @@ impl Segment {
         }
     }
 
-    /// Ends the bit under way at `node`, and tells what it brought.
+    /// Ends the present bit at `node` and reports the result.
     pub(crate) fn step(&mut self, node: NodeIndex, at: Fine, stage: &mut Stage) {
         let mac = &mut stage.nodes[node].mac;
         let line = stage.nodes[node].level;
@@ -250,7 +251,8 @@ impl Segment {
         }
     }
 
-    /// Somebody else's SOF has passed at `node`: with a frame that waited when it began, it takes part.
+    /// Handles the SOF of another node at `node`: with a frame that waited at its beginning, the node enters the
+    /// arbitration.
     fn join(&mut self, node: NodeIndex, sof: Fine, at: Fine, stage: &mut Stage) {
         let babbles = stage.nodes[node].condition.babbles.is_some();
         let mut waits = || stage.request_at(node).is_some_and(|request| request <= sof);
@@ -263,12 +265,12 @@ impl Segment {
         }
     }
 
-    /// Everybody waits, or counts bits of an unchanging line.
+    /// Returns whether all nodes wait or count bits of an unchanging line.
     pub(crate) fn is_settled(&self, stage: &Stage) -> bool {
         self.members.iter().all(|&node| {
             let node = &stage.nodes[node];
             if node.mac.is_running() && node.mac.clock.latched.is_some_and(|sampled| sampled != node.level) {
-                // The bit under way was sampled before the last change.
+                // The present bit was sampled before the last change.
                 return false;
             }
             if node.level == RECESSIVE {
@@ -277,7 +279,7 @@ impl Segment {
             match node.mac.state {
                 State::Off | State::BusOff => true,
                 State::Integrating { recessive } | State::Recovering { recessive, .. } => recessive == 0,
-                // The counter is at its end: nothing changes any more.
+                // The counter is at its limit and does not change any more.
                 State::Superposition { .. } => !node.mac.transmitter && node.mac.counters.receive == 255,
                 _ => false,
             }

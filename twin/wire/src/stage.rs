@@ -1,4 +1,4 @@
-//! What the engines of a wire work on, and how they speak to controllers and observers.
+//! Shared state of the engines of a wire, and their interface to controllers and observers.
 
 use std::sync::Arc;
 
@@ -14,11 +14,11 @@ use crate::record::{Counters, Destruction, Observation};
 use crate::time::Time;
 use crate::waveform::Waveform;
 
-/// What observers are told.
+/// Data for observers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Observed {
     pub(crate) records: Vec<Observation>,
-    /// Without their busy time.
+    /// Totals without the busy time.
     pub(crate) counters: Counters,
     pub(crate) busy: Fine,
 }
@@ -29,30 +29,30 @@ pub(crate) struct Stage<'a> {
     pub(crate) controllers: &'a mut dyn Controllers,
     pub(crate) observed: &'a mut Observed,
     pub(crate) flips: &'a mut Vec<Flip>,
-    /// When the next fault strikes.
+    /// Instant of the next fault.
     pub(crate) horizon: Fine,
     /// Undisturbed frames may be computed as a whole.
     pub(crate) fast: bool,
-    /// Takes every bit, while it is switched on.
+    /// Recorder of every bit, while a waveform is recorded.
     pub(crate) recorder: Option<&'a mut Waveform>,
     /// Index of the segment, for the records.
     pub(crate) segment: usize,
 }
 
-/// The frame that a segment's records speak of.
+/// State of a segment's records.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ledger {
-    /// Everything up to here has been told and recorded: a replay keeps silent.
+    /// Instant up to which events have been reported and recorded. A replay does not report them again.
     pub(crate) told_until: Option<Fine>,
     start: Fine,
-    /// Transmissions since then that are on record; after a cut has healed there may be two.
+    /// Transmissions since then that have been recorded; there may be two after a cut was repaired.
     recorded: Vec<Recorded>,
     deliveries: Vec<(NodeIndex, Time, WireFrame)>,
-    /// Start of what keeps the bus busy without having been completed.
+    /// Start of the present busy time.
     busy_from: Option<Fine>,
 }
 
-/// A transmission that is on record.
+/// A transmission that has been recorded.
 #[derive(Clone, Debug)]
 struct Recorded {
     sof: Fine,
@@ -65,7 +65,7 @@ impl Ledger {
         self.told_until.is_none_or(|told| at > told)
     }
 
-    /// Somebody starts a frame of `bit` per bit at `at`.
+    /// Records the start of a frame at `at`; `bit` is its bit time.
     pub(crate) fn start(&mut self, at: Fine, bit: Fine, observed: &mut Observed) {
         if self.is_news(at) && (at > self.start + bit + bit || !self.recorded.is_empty()) {
             self.calm(at, observed);
@@ -74,8 +74,8 @@ impl Ledger {
         }
     }
 
-    /// Puts `own` of `transmitter` on record. `false` when it has been already: it, the same frame of a contender, or with `any`
-    /// another frame that began with it.
+    /// Records `own` of `transmitter`. Returns `false` if it was recorded already: itself, the same frame of a
+    /// contender, or with `any` another frame that began at the same time.
     fn record(&mut self, own: &Transmission, transmitter: NodeIndex, any: bool) -> bool {
         let same = |other: &Recorded| {
             other.sof.0.abs_diff(own.start.0) <= own.bit.times(2).0 && (any || other.frame == own.frame)
@@ -87,7 +87,7 @@ impl Ledger {
         is_new
     }
 
-    /// `node` received `frame`.
+    /// Records that `node` received `frame`.
     fn received(&mut self, at: Time, node: NodeIndex, frame: WireFrame, observed: &mut Observed) {
         match self.recorded.iter().find(|recorded| recorded.frame == frame) {
             Some(&Recorded { sof, transmitter, .. }) => {
@@ -98,13 +98,13 @@ impl Ledger {
         }
     }
 
-    /// Nothing is under way from `at` on.
+    /// Ends the busy time at `at`.
     pub(crate) fn calm(&mut self, at: Fine, observed: &mut Observed) {
         if let Some(from) = self.busy_from.take() {
             observed.busy = observed.busy + Fine(at.0.saturating_sub(from.0));
         }
         for (node, at, frame) in self.deliveries.drain(..) {
-            // Without any record the transmitter is elsewhere by now: on the other side of a cut.
+            // Without any record the transmitter is on the other side of a cut.
             if !self.recorded.is_empty() && !self.recorded.iter().any(|sent| sent.frame == frame) {
                 observed.records.push(Observation::Misread { at, node, frame });
             }
@@ -113,7 +113,7 @@ impl Ledger {
 }
 
 impl Stage<'_> {
-    /// Tells `node` of an `event` at `at`, and the observers of what matters to them.
+    /// Reports an `event` at `at` to `node`, and records it for observers if relevant.
     pub(crate) fn tell(
         &mut self,
         ledger: &mut Ledger,
@@ -156,7 +156,7 @@ impl Stage<'_> {
         self.controllers.with(node, |controller| controller.on_wire(time, &event));
     }
 
-    /// `node` entered an arbitration whose SOF was at `sof`; it shows at `at`.
+    /// Handles the entry of `node` at `at` into an arbitration whose SOF was at `sof`.
     pub(crate) fn started(&mut self, ledger: &mut Ledger, at: Fine, sof: Fine, node: NodeIndex) {
         if !ledger.is_news(at) {
             return;
@@ -193,7 +193,7 @@ impl Stage<'_> {
         self.observed.records.push(Observation::Completed { trace, receivers, segment: self.segment });
     }
 
-    /// A transmission ended without success.
+    /// Records a transmission that ended without success.
     pub(crate) fn destroyed(
         &mut self,
         ledger: &mut Ledger,
@@ -225,7 +225,7 @@ impl Stage<'_> {
         });
     }
 
-    /// When `node` would start a frame if its line stayed recessive from `cursor` on.
+    /// Returns when `node` would start a frame if its line stayed recessive from `cursor` on.
     pub(crate) fn start_of(&mut self, node: NodeIndex, cursor: Fine) -> Option<Fine> {
         let mac = &self.nodes[node].mac;
         let idle_from = mac.idle_from()?;
@@ -257,7 +257,7 @@ impl Stage<'_> {
     }
 }
 
-/// Who received `frame`.
+/// Takes the nodes that received `frame`.
 fn take_deliveries(ledger: &mut Ledger, frame: WireFrame) -> Vec<(NodeIndex, Time)> {
     let received = ledger.deliveries.extract_if(.., |&mut (_, _, got)| got == frame);
     received.map(|(node, at, _)| (node, at)).collect()

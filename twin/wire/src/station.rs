@@ -1,4 +1,4 @@
-//! A plain controller that sends what it is handed, and a bench of several on one wire.
+//! A plain controller that sends queued frames, and a bench of several on one wire.
 
 use std::collections::VecDeque;
 
@@ -10,20 +10,20 @@ use crate::timing::BitTiming;
 use crate::transceiver::Transceiver;
 use crate::wire::{Wire, WireConfig};
 
-/// Sends its queue in order, each frame not before its time, and repeats what failed.
+/// Sends its queue in order, each frame not before its time, and repeats failed frames.
 #[derive(Clone, Debug)]
 pub struct Station {
     /// How it takes part; `None` while it does not.
     pub attachment: Option<Attachment>,
-    /// What waits, and from when on.
+    /// Queued frames and the instants from which on they may be sent.
     pub queue: VecDeque<(Time, WireFrame)>,
-    /// Gives a frame up after its first attempt, whether it lost arbitration or met an error.
+    /// Drops a frame after its first attempt, also if it lost arbitration or had an error.
     pub single_shot: bool,
-    /// What the wire told it.
+    /// Events reported by the wire.
     pub log: Vec<(Time, WireEvent)>,
     /// Level changes at its RX pin.
     pub line: Vec<(Time, bool)>,
-    /// Keeps [`Station::line`].
+    /// Whether it records [`Station::line`].
     pub watches_line: bool,
 }
 
@@ -42,12 +42,12 @@ impl Default for Station {
 }
 
 impl Station {
-    /// One with other bits.
+    /// Makes a station with another bit timing.
     pub fn with_timing(timing: BitTiming) -> Self {
         Station { attachment: Some(Attachment::new(timing)), ..Station::default() }
     }
 
-    /// Sends `frame` at `at`, or as soon as the bus is free and everything handed over before is out.
+    /// Queues `frame` for `at`, or as soon as the bus is free and all earlier frames are sent.
     #[must_use]
     pub fn sending(mut self, at: Time, frame: WireFrame) -> Self {
         self.queue.push_back((at, frame));
@@ -62,7 +62,7 @@ impl Station {
         })
     }
 
-    /// When it was told of `event`.
+    /// Returns the instants at which `event` was reported.
     pub fn told(&self, event: WireEvent) -> Vec<Time> {
         self.log.iter().filter(|&&(_, told)| told == event).map(|&(at, _)| at).collect()
     }
@@ -107,7 +107,7 @@ impl Controller for Station {
 pub struct Bench {
     /// The wire.
     pub wire: Wire,
-    /// In the order of their index.
+    /// Stations in the order of their indices.
     pub stations: Vec<Station>,
 }
 
@@ -125,7 +125,7 @@ impl Bench {
         Bench::with_transceivers(config, stations.collect())
     }
 
-    /// Stations at positions in metres, each behind a transceiver of its own.
+    /// Stations at positions in metres, each behind its own transceiver.
     pub fn with_transceivers(config: WireConfig, stations: Vec<(f64, Transceiver, Station)>) -> Self {
         let mut wire = Wire::new(config);
         let stations = stations.into_iter().map(|(position_m, transceiver, station)| {
@@ -136,7 +136,7 @@ impl Bench {
         Bench { wire, stations }
     }
 
-    /// All at one place.
+    /// Makes stations that are all at the same position.
     pub fn together(stations: Vec<Station>) -> Self {
         Bench::new(WireConfig::default(), stations.into_iter().map(|station| (0.0, station)).collect())
     }

@@ -90,13 +90,13 @@ impl BitTiming {
     }
 }
 
-/// A change of level that a transmitter makes.
+/// A level change by a transmitter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Edge {
-    /// Bits since the one before.
+    /// Bits since the previous change.
     pub(crate) bits: u64,
     pub(crate) at: Fine,
-    /// From then on.
+    /// Level after the change.
     pub(crate) level: bool,
 }
 
@@ -138,12 +138,12 @@ impl BitClock {
         self.end = start + self.bit;
     }
 
-    /// What was sampled in this bit, if `level` has not changed since the last edge.
+    /// Returns the sample of this bit, if `level` has not changed since the last edge.
     pub(crate) fn sampled(&self, level: bool) -> bool {
         self.latched.unwrap_or(level)
     }
 
-    /// Goes on with the next bit; `sampled` is the level of the one that ends.
+    /// Begins the next bit; `sampled` is the level of the one that ends.
     pub(crate) fn next_bit(&mut self, sampled: bool) {
         if self.latched.take().is_none() {
             self.synchronised = false;
@@ -152,7 +152,7 @@ impl BitClock {
         self.place(self.end);
     }
 
-    /// Goes on by `bits` bits in which all samples give `level` and no edge comes.
+    /// Advances by `bits` bits in which all samples are `level` and there is no edge.
     pub(crate) fn skip(&mut self, bits: u64, level: bool) {
         if bits > 0 {
             self.next_bit(level);
@@ -163,7 +163,7 @@ impl BitClock {
         }
     }
 
-    /// The line changes to `level` at `at`.
+    /// Keeps the sample if the line changes to `level` at `at` after the sample point.
     fn pass_sample_point(&mut self, at: Fine, level: bool) {
         if self.latched.is_none() && at > self.sample {
             self.latched = Some(!level);
@@ -171,13 +171,13 @@ impl BitClock {
         }
     }
 
-    /// A rising edge: keeps the sample, synchronises nothing.
+    /// Handles a rising edge, which does not synchronise.
     pub(crate) fn recessive_edge(&mut self, at: Fine) {
         self.pass_sample_point(at, true);
     }
 
-    /// A falling edge outside of idle: resynchronises (11.3.2.2). Who sends dominant itself ignores an edge that is
-    /// late: it may be the own one.
+    /// Handles a falling edge outside of idle: resynchronises (11.3.2.2). A node that sends dominant ignores a late
+    /// edge, which may be its own.
     pub(crate) fn dominant_edge(&mut self, at: Fine, sends_dominant: bool) {
         self.pass_sample_point(at, false);
         let before = self.latched.unwrap_or(self.previous);
@@ -206,8 +206,8 @@ impl BitClock {
         self.synchronised = true;
     }
 
-    /// A falling edge in idle, however long after the last bit: a bit begins with the quantum that holds the edge
-    /// (hard synchronisation, 11.3.2.1).
+    /// Handles a falling edge in idle at any time: a bit begins with the quantum that contains the edge (hard
+    /// synchronisation, 11.3.2.1).
     pub(crate) fn begin_with_edge(&mut self, at: Fine) {
         let quantum = self.timing.quantum.0;
         let begun = Fine((at - self.start).0 / quantum.0 * quantum.0);
@@ -217,7 +217,8 @@ impl BitClock {
         self.place(self.start + begun);
     }
 
-    /// A falling edge between frames: before its sample point the bit begins anew, after it the next one does.
+    /// Handles a falling edge between frames: restarts the present bit before its sample point, and the next bit after
+    /// it.
     pub(crate) fn hard_synchronise(&mut self, at: Fine) {
         self.pass_sample_point(at, false);
         if self.synchronised || !self.latched.unwrap_or(self.previous) {
@@ -232,16 +233,16 @@ impl BitClock {
         }
     }
 
-    /// Starts a bit of its own accord.
+    /// Starts a bit without an edge.
     pub(crate) fn restart(&mut self, timing: BitTiming, at: Fine) {
         *self = BitClock::new(timing, at);
         self.synchronised = true;
     }
 
-    /// Follows `edges`, which arrive `delay` late, and then `rest` bits without one; the last of them is recessive.
-    /// `None` when a sample would miss its bit.
+    /// Advances over `edges`, which arrive `delay` late, and then `rest` bits without one; the last edge is recessive.
+    /// Returns `None` if a sample would be outside its bit.
     ///
-    /// The arithmetic of [`BitClock::dominant_edge`] for a receiver that sees nothing but edges of one transmitter: a
+    /// This is the arithmetic of [`BitClock::dominant_edge`] for a receiver that sees only edges of one transmitter: a
     /// sample point lies between any two of them.
     pub(crate) fn follow(mut self, edges: &[Edge], delay: Fine, rest: u64) -> Option<BitClock> {
         if self.latched.is_some() {

@@ -1,14 +1,15 @@
 //! One bus: controllers along a cable, in virtual time, bit by bit.
 //!
-//! The caller runs what stands behind the controllers for a quantum (at most 20 us, never beyond
-//! [`Wire::next_event`]) and then calls [`Wire::advance`]. Requests carry their own times, so a frame may start inside
-//! the quantum that has just passed: what it brings within that quantum is told late, with its true time. Everything
-//! later is told exactly at its time, because the caller stops there; but for an error or a lost arbitration where
-//! nothing is expected, such as within an identifier: that may be told late by a quantum as well.
+//! The caller runs the systems behind the controllers for a quantum (at most 20 us, never beyond [`Wire::next_event`])
+//! and then calls [`Wire::advance`]. Requests carry their own times, so a frame may start inside the quantum that has
+//! just passed. Events within that quantum are reported late, with their true times. Later events are reported exactly
+//! at their times, because the caller stops there. Exceptions are an error or a lost arbitration that is not expected,
+//! such as within an identifier: they may be reported late by a quantum as well.
 //!
-//! Every node has an engine of its own for bit timing, protocol and fault confinement ([`crate::controller`] says what
-//! the chip around it adds). Levels travel at the speed of the cable; a node sees dominant while any driver that has
-//! reached it is. Frames that nothing disturbs take a fast path with the same result ([`WireConfig::bit_by_bit`]).
+//! Every node has its own engine for bit timing, protocol and fault confinement; [`crate::controller`] describes the
+//! interface to the chip. Levels propagate at the speed of the cable; a node sees dominant while any driver that has
+//! reached it is dominant. Undisturbed frames are computed on a fast path with the same result
+//! ([`WireConfig::bit_by_bit`]).
 
 use crate::arrivals::{Arrival, Change};
 use crate::calendar::Calendar;
@@ -25,13 +26,13 @@ use crate::time::Time;
 use crate::transceiver::Transceiver;
 use crate::waveform::Waveform;
 
-/// Properties of the cable and of how it is computed.
+/// Properties of the cable, and mode of computation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WireConfig {
     /// Propagation delay, nanoseconds per metre.
     pub ns_per_m: u32,
-    /// Delay of transceivers and isolation, out and in together, nanoseconds, of nodes that come with none of their own. It also
-    /// lies between a node's output and its own input.
+    /// Loop delay of transceivers and isolation, nanoseconds, for nodes without a transceiver of their own. It also
+    /// applies between a node's output and its own input.
     pub transceiver_ns: u32,
     /// Computes every bit, also those of undisturbed frames.
     pub bit_by_bit: bool,
@@ -50,7 +51,7 @@ enum Planned {
     Fault(Fault),
     /// A controller begins to take part.
     Join(NodeIndex, Attachment),
-    /// A waveform is taken from here to the given instant.
+    /// A waveform is recorded from here to the given instant.
     Record(Time),
     EndOfRecord,
 }
@@ -61,19 +62,19 @@ pub struct Wire {
     config: WireConfig,
     now: Time,
     nodes: Vec<Node>,
-    /// Ascending, without doubles.
+    /// Positions of cuts, ascending, without duplicates.
     cuts: Vec<f64>,
     shorts: Vec<(f64, bool)>,
     segments: Vec<Segment>,
-    /// In the order of time.
+    /// Planned events in chronological order.
     planned: Vec<(Time, Planned)>,
     flips: Vec<Flip>,
     errors: Option<BitErrors>,
-    /// The one under way.
+    /// Waveform that is being recorded.
     recorder: Option<Waveform>,
     waveform: Option<Waveform>,
     observed: Observed,
-    /// Somebody watches its line.
+    /// Any controller watches its line.
     is_watched: bool,
 }
 
@@ -97,7 +98,7 @@ impl Wire {
         }
     }
 
-    /// Attaches a controller `position_m` metres from the left end; in any order of positions.
+    /// Attaches a controller `position_m` metres from the left end; positions may be in any order.
     ///
     /// # Panics
     /// As [`Wire::attach_through`].
@@ -122,20 +123,20 @@ impl Wire {
         node
     }
 
-    /// Delay from the output of one node to the input of another, or to its own: both transceivers and the cable, whether or not
-    /// that is whole.
+    /// Delay from the output of one node to the input of another, or to its own: both transceivers and the cable, cut
+    /// or not.
     pub fn delay(&self, from: NodeIndex, to: NodeIndex) -> Time {
         self.nodes[from].path_to(&self.nodes[to]).nearest()
     }
 
-    /// Until when the wire has been advanced.
+    /// Returns the instant to which the wire has been advanced.
     pub fn now(&self) -> Time {
         self.now
     }
 
-    /// The next instant after [`Wire::now`] at which the wire itself does something, as known at the last
-    /// [`Wire::advance`]: an event for a controller, a bit of a disturbed frame, the start of a frame that waits, a
-    /// planned fault. `None`: nothing, unless a controller asks.
+    /// Returns the next instant after [`Wire::now`] at which the wire has an event, as known at the last
+    /// [`Wire::advance`]: an event for a controller, a bit of a disturbed frame, the start of a waiting frame, a
+    /// planned fault. `None`: none, unless a controller requests a frame.
     pub fn next_event(&self) -> Option<Time> {
         let (planned, error) = self.next_faults();
         let segments = self.segments.iter().map(|segment| segment.next).filter(|&at| at != Fine::NEVER);
@@ -143,13 +144,13 @@ impl Wire {
         (next != Time::NEVER).then(|| next.max(self.now + Time(1)))
     }
 
-    /// When something planned happens next, and when a random bit error does; [`Time::NEVER`]: never.
+    /// Returns the instants of the next planned event and of the next random bit error; [`Time::NEVER`]: none.
     fn next_faults(&self) -> (Time, Time) {
         let planned = self.planned.first().map_or(Time::NEVER, |&(at, _)| at);
         (planned, self.errors.as_ref().map_or(Time::NEVER, |errors| errors.next))
     }
 
-    /// `node` neither sends nor receives a frame or an error frame: it could leave the bus unnoticed.
+    /// Returns whether `node` neither sends nor receives a frame or an error frame, so that it may leave the bus.
     pub fn is_idle(&self, node: NodeIndex) -> bool {
         let now = Fine::from_time(self.now);
         let landed = self.segments.iter().find_map(|segment| match &segment.mode {
@@ -168,7 +169,7 @@ impl Wire {
         in_flight.unwrap_or(self.nodes[node].mac.counters)
     }
 
-    /// Advances to `until`, telling the controllers what happened on the way.
+    /// Advances to `until` and reports the events on the way to the controllers.
     ///
     /// # Panics
     /// When `until` lies before [`Wire::now`], or beyond 58 hours (2^46 ticks).
@@ -217,7 +218,7 @@ impl Wire {
         }
     }
 
-    /// Leaves the fast path, on which no node has bits, and takes down what follows.
+    /// Leaves the fast path, on which nodes have no bits, and begins a record.
     fn begin_record(&mut self, to: Time, controllers: &mut dyn Controllers) {
         self.wake_all(controllers);
         self.recorder = Some(Waveform::begin(self.now, to, &self.nodes));
@@ -226,28 +227,28 @@ impl Wire {
     /// Breaks the cable now, [`Fault::Cut`].
     ///
     /// # Panics
-    /// When there is no such place: a mistake in a test. [`Wire::schedule`] refuses it.
+    /// When the position is invalid: a mistake in a test. [`Wire::schedule`] refuses it.
     pub fn cut(&mut self, position_m: f64) {
         self.schedule(self.now, Fault::Cut { position_m }).expect("a place on the cable");
     }
 
-    /// Heals one break now, [`Fault::Restore`].
+    /// Repairs one break now, [`Fault::Restore`].
     ///
     /// # Panics
-    /// When there is no such place: a mistake in a test. [`Wire::schedule`] refuses it.
+    /// When the position is invalid: a mistake in a test. [`Wire::schedule`] refuses it.
     pub fn restore(&mut self, position_m: f64) {
         self.schedule(self.now, Fault::Restore { position_m }).expect("a place on the cable");
     }
 
-    /// Heals every break now, [`Fault::RestoreAll`].
+    /// Repairs every break now, [`Fault::RestoreAll`].
     pub fn restore_all(&mut self) {
         self.plan(self.now, Planned::Fault(Fault::RestoreAll));
     }
 
-    /// Lets a fault happen at `at`; what ends at that instant has ended before it.
+    /// Schedules a fault at `at`; it takes effect after events that end at that instant.
     ///
     /// # Errors
-    /// [`FaultError`] when it cannot be; nothing is planned then.
+    /// [`FaultError`] if the fault is impossible; nothing is scheduled then.
     pub fn schedule(&mut self, at: Time, fault: Fault) -> Result<(), FaultError> {
         fault.check(self.nodes.len())?;
         if at < self.now {
@@ -257,15 +258,15 @@ impl Wire {
         Ok(())
     }
 
-    /// What happened since the last call, in the order of time. Without calls the records pile up.
+    /// Takes the records since the last call, in chronological order. They accumulate without calls.
     pub fn take_records(&mut self) -> Vec<Observation> {
         let mut records = std::mem::take(&mut self.observed.records);
         records.sort_by_key(Observation::at);
         records
     }
 
-    /// Takes every bit of every node from `from` to `to`, for [`Wire::take_waveform`]. It changes nothing else. A
-    /// span asked for before another one is over replaces that.
+    /// Records every bit of every node from `from` to `to`, for [`Wire::take_waveform`]. It changes nothing else. A
+    /// span that is requested before another one has ended replaces that one.
     ///
     /// # Panics
     /// When `from` lies in the past, or `to` not after it: a mistake in a test.
@@ -277,7 +278,7 @@ impl Wire {
         self.plan(to, Planned::EndOfRecord);
     }
 
-    /// The waveform, once the wire has come to its end.
+    /// Takes the waveform after the wire has reached its end.
     pub fn take_waveform(&mut self) -> Option<Waveform> {
         self.waveform.take()
     }
@@ -292,7 +293,7 @@ impl Wire {
         self.planned.insert(index, (at, what));
     }
 
-    /// Sees whether a controller came, went or changed, at the latest at `until`.
+    /// Checks whether a controller joined, left or changed, at the latest at `until`.
     fn look_at(&mut self, node: NodeIndex, until: Time, controllers: &mut dyn Controllers) {
         let (watches, attachment) =
             controllers.with(node, |controller| (controller.watches_line(), controller.attachment()));
@@ -310,7 +311,7 @@ impl Wire {
                 self.set_attachment(node, Some(now), controllers);
             }
             (_, Some(_)) if !self.is_joining(node) => {
-                // One that left and came back between two looks has left all the same.
+                // A controller that left and rejoined between two checks has left nevertheless.
                 if before.is_some() {
                     self.set_attachment(node, None, controllers);
                 }
@@ -326,7 +327,8 @@ impl Wire {
         self.planned.iter().any(|(_, planned)| matches!(planned, Planned::Join(other, _) if *other == node))
     }
 
-    /// Runs all segments to `until`, with no fault on the way. `changed`: since the last run something changed from outside.
+    /// Runs all segments to `until`, without a fault on the way. `changed`: there was an external change since the last
+    /// run.
     fn run_to(&mut self, until: Time, changed: bool, controllers: &mut dyn Controllers) {
         let fine = Fine::from_time(until);
         for segment in 0..self.segments.len() {
@@ -342,7 +344,7 @@ impl Wire {
         self.now = until;
     }
 
-    /// Works on one segment.
+    /// Calls a function with one segment.
     fn with_stage<R>(
         &mut self,
         segment: usize,
@@ -368,7 +370,7 @@ impl Wire {
         self.segments.iter().position(is_here).expect("every node is on some piece")
     }
 
-    /// Works on the segment of a node, bit by bit.
+    /// Calls a function with the segment of a node, on the bit path.
     fn awake(
         &mut self,
         node: NodeIndex,
@@ -409,7 +411,7 @@ impl Wire {
         });
     }
 
-    /// Lets a fault happen now.
+    /// Applies a fault now.
     fn apply(&mut self, fault: Fault, controllers: &mut dyn Controllers) {
         match fault {
             Fault::Cut { position_m } => {
@@ -494,7 +496,7 @@ impl Wire {
     }
 
     fn set_stuck(&mut self, node: NodeIndex, stuck: bool, controllers: &mut dyn Controllers) {
-        // A flight that is taken back has had its driver free.
+        // In a reverted flight its driver was not stuck.
         self.awake(node, controllers, |segment, stage| {
             stage.nodes[node].condition.stuck_dominant = stuck;
             segment.drive(node, stage);
@@ -524,7 +526,7 @@ impl Wire {
         self.cuts.partition_point(|&cut| cut <= position_m)
     }
 
-    /// Cables, stubs or shorts have changed: builds the segments anew, bit by bit.
+    /// Rebuilds the segments on the bit path after a change of cables, stubs or shorts.
     fn rewire(&mut self, controllers: &mut dyn Controllers) {
         let pieces = self.pieces();
         let mut before: Vec<Drivers> = vec![0; self.nodes.len()];
@@ -543,7 +545,7 @@ impl Wire {
             let mask: Drivers = members.iter().fold(0, |mask, &node| mask | 1 << node);
             let mut segment = Segment::new(members.clone(), now);
             segment.grounded = true;
-            // The frame under way goes on where its transmitter is.
+            // The present frame continues on the segment of its transmitter.
             let sends = |&node: &NodeIndex| self.nodes[node].mac.transmission.is_some();
             let heir = members.iter().copied().find(sends).or(members.first().copied());
             if let Some(heir) = heir

@@ -1,4 +1,4 @@
-//! Which chips are supported, and their memories.
+//! Supported chips and their memories.
 
 use boards_memory::Chip;
 

@@ -1,4 +1,4 @@
-//! Memory maps of boards: chips, maps, and where both come from.
+//! Memory maps of boards: chips, maps, and the files that name the chip.
 
 mod chips;
 mod manifests;

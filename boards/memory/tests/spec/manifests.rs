@@ -1,4 +1,4 @@
-//! Where the chip is found, and which manifests are refused.
+//! Places of the chip's name in a manifest, and manifests that are refused.
 
 use boards_memory::{chip_of_board, chip_of_manifest};
 

@@ -12,12 +12,12 @@ pub(super) const BANKS: usize = 14;
 
 /// A bxCAN controller.
 pub trait Controller: can::Instance {
-    /// Its registers.
+    /// Registers of the controller.
     const REGISTERS: Can;
-    /// The first of its filter banks, which are all in the block of CAN1.
+    /// First filter bank of the controller. The banks of both controllers are registers of CAN1.
     const FIRST_BANK: usize;
 
-    /// From its interrupts to its port.
+    /// Queue of events from the interrupts of the controller to its port.
     #[doc(hidden)]
     fn events() -> &'static EventQueue;
 }
@@ -42,7 +42,7 @@ impl Controller for peripherals::CAN2 {
     }
 }
 
-/// The settings that can be made in Init mode only. One that `listens` drives no dominant bit.
+/// Writes the settings that can be changed in Init mode only. `listens`: the controller drives no dominant bit.
 pub(super) fn configure(registers: Can, timing: BitTiming, listens: bool) {
     registers.btr().write(|w| {
         w.set_brp(timing.prescaler() - 1);

@@ -1,7 +1,8 @@
-//! Between the interrupts of a controller and its port: events, bounded, nothing lost unseen, and the frame that waits.
+//! Queue between the interrupts of a controller and its port: a bounded number of events and the frame that waits. Lost
+//! events are counted.
 //!
-//! The bodies of the interrupts are here, so that whoever reads this file sees all code that runs while the queue is
-//! borrowed.
+//! The bodies of the interrupts are in this file, so that all code that runs while the queue is borrowed is in one
+//! place.
 
 use core::cell::Cell;
 use core::task::{Context, Poll, Waker};
@@ -23,7 +24,7 @@ use super::status::Status;
 use super::waiting::Waiting;
 use crate::{DIAGNOSTICS, Uptime};
 
-/// What happened on a controller and was not taken yet, who takes it, and what its transmit interrupt has to request.
+/// Pending events of a controller, the task that takes them, and the frame that the transmit interrupt has to request.
 pub struct EventQueue {
     queue: Mutex<CriticalSectionRawMutex, Queue>,
     held: Mutex<CriticalSectionRawMutex, Cell<Held>>,
@@ -44,13 +45,13 @@ impl EventQueue {
         }
     }
 
-    /// Takes the results of mailboxes, in the transmit interrupt.
+    /// Handles the transmit interrupt: takes the results of mailboxes.
     #[inline(never)] // once for both controllers
     pub(super) fn on_transmit_interrupt(&self, registers: Can) {
         DIAGNOSTICS.interrupts.transmit.count();
         let stamp = Stamp::interrupt(Uptime.now());
         let results = Results(registers.tsr().read().0);
-        // First of all, so that it goes out right after the intermission.
+        // Done first, so that the frame is sent right after the intermission.
         if let Some(next) = self.held(|held| held.end(|mailbox| results.ended(mailbox))) {
             request(registers, next);
         }
@@ -63,7 +64,7 @@ impl EventQueue {
         });
     }
 
-    /// Takes the frames of receive FIFO 0, in its interrupt.
+    /// Handles the interrupt of receive FIFO 0: takes the frames.
     #[inline(never)] // once for both controllers
     pub(super) fn on_receive_interrupt(&self, registers: Can) {
         DIAGNOSTICS.interrupts.receive.count();
@@ -95,7 +96,7 @@ impl EventQueue {
         });
     }
 
-    /// Takes a change of the error flags, in the status interrupt.
+    /// Handles the status interrupt: takes a change of the error flags.
     #[inline(never)] // once for both controllers
     pub(super) fn on_status_interrupt(&self, registers: Can) {
         DIAGNOSTICS.interrupts.error.count();
@@ -105,24 +106,25 @@ impl EventQueue {
         if repeated {
             let again = Status(registers.esr().read().0);
             clear_errors(registers);
-            // Another flag has risen in between: no repetition.
+            // If another flag was set in between, this is no repetition.
             repeated = again.flags() == status.flags();
             status = again;
         }
         self.add(|waiting| enable_sources(registers, waiting.errors.on_interrupt(status, repeated)));
     }
 
-    /// Follows the error register for the task. It takes events next, so it is not woken.
+    /// Reads the error register for the task. The task is not woken because it takes events next.
     pub(super) fn note_errors(&self, registers: Can) {
         self.with(|queue| note_errors(registers, &mut queue.waiting));
     }
 
-    /// Whether a frame waits in its mailbox.
+    /// Returns whether a frame waits in its mailbox.
     pub(super) fn holds_frame(&self) -> bool {
         self.held(|held| held.waits())
     }
 
-    /// A frame waits in its mailbox. Returns the mailbox to request if those before it have `ended` already.
+    /// Stores a frame that waits in its mailbox. Returns the mailbox to request if the mailboxes before it have `ended`
+    /// already.
     pub(super) fn hold(&self, frame: Held, ended: impl Fn(usize) -> bool) -> Option<Mailbox> {
         self.held(|held| {
             *held = frame;
@@ -130,7 +132,7 @@ impl EventQueue {
         })
     }
 
-    /// Gives up the frame that waits in this mailbox and reports it. Returns whether it waited.
+    /// Cancels the frame that waits in this mailbox and reports it. Returns whether it waited.
     pub(super) fn cancel(&self, mailbox: Mailbox) -> bool {
         let waited = self.held(|held| held.cancel(mailbox));
         if waited {
@@ -139,7 +141,8 @@ impl EventQueue {
         waited
     }
 
-    /// Whether a frame with this identifier waits, received or sent from one of `mailboxes`.
+    /// Returns whether an event is pending for a frame with this identifier that was received, or sent from one of
+    /// `mailboxes`.
     pub(super) fn holds(&self, id: CobId, mailboxes: &Mailboxes) -> bool {
         self.with(|queue| {
             queue.waiting.holds(|event| match event {
@@ -150,7 +153,7 @@ impl EventQueue {
         })
     }
 
-    /// Takes the next event. While there is none, the task is woken at the next one.
+    /// Takes the next event. If there is none, registers the task to be woken at the next one.
     #[inline]
     pub(super) fn poll(&self, context: &Context<'_>) -> Poll<PortEvent> {
         self.with(|queue| match queue.waiting.take() {
@@ -164,7 +167,7 @@ impl EventQueue {
         })
     }
 
-    /// Adds what an interrupt found. Wakes the task once.
+    /// Changes the queue from an interrupt and wakes the task once.
     fn add<R>(&self, change: impl FnOnce(&mut Waiting) -> R) -> R {
         self.with(|queue| {
             let result = change(&mut queue.waiting);
@@ -186,19 +189,19 @@ impl EventQueue {
 
     #[inline]
     fn with<R>(&self, what: impl FnOnce(&mut Queue) -> R) -> R {
-        // SAFETY: every closure that comes here is in this file, and none of them calls a method of `EventQueue` that
-        // takes the queue. The code of a waker cannot either: the methods are for the interrupts and for the port, which
-        // its task owns and polls.
+        // SAFETY: every closure that is passed in is in this file, and none of them calls a method of `EventQueue` that
+        // borrows the queue. The code of a waker cannot do so either: only the interrupts call the methods, and the
+        // port, which its task owns and polls.
         unsafe { self.queue.lock_mut(what) }
     }
 }
 
-/// Follows the error register where it changes without an interrupt of its own: a better state comes with a success on
-/// the bus; that after bus-off the port looks for.
+/// Records a change of the error register that raises no interrupt. A better state follows a success on the bus and is
+/// read there. The port polls for the end of bus-off.
 fn note_errors(registers: Can, waiting: &mut Waiting) {
     let status = Status(registers.esr().read().0);
-    // A flag that is new is left to the error interrupt, which would take it for another one. ESR is read first, so that
-    // no flag comes between.
+    // Leaves a new flag to the error interrupt, which would otherwise count it twice. ESR is read before MSR, so that
+    // no flag is missed in between.
     if waiting.errors.is_news(status) && !registers.msr().read().erri() {
         enable_sources(registers, waiting.errors.note(status));
     }

@@ -5,8 +5,8 @@ use ecss_can::link::port::Filter;
 const RTR: u32 = 1 << 4;
 const IDE: u32 = 1 << 3;
 
-/// One half of a bank: identifier below, mask above. RTR and IDE count and are 0 in the identifier, so that remote
-/// frames and those with 29-bit identifiers are never admitted.
+/// Returns one half of a bank: the identifier in the lower 16 bits, the mask in the upper ones. RTR and IDE are
+/// compared and are 0 in the identifier, so that remote frames and those with 29-bit identifiers are never admitted.
 pub(super) fn half_bank(filter: Filter) -> u32 {
     let identifier = u32::from(filter.id.raw()) << 5;
     let mask = u32::from(filter.mask & 0x7FF) << 5 | RTR | IDE;

@@ -1,8 +1,9 @@
 //! A frame that waits in its mailbox until it may be requested.
 //!
 //! Of pending frames with equal identifiers bxCAN sends the one in the lowest mailbox first (RM0090 32.7.1). A frame
-//! behind one in a higher mailbox would overtake it. So it is written into its mailbox without TXRQ, and the transmit
-//! interrupt sets TXRQ when the frames before it have ended. That is within the intermission: the bus sees no gap.
+//! behind one in a higher mailbox would overtake it. So the frame is written into its mailbox without TXRQ, and the
+//! transmit interrupt sets TXRQ when the frames before it have ended. This happens within the intermission, so there is
+//! no gap on the bus.
 
 use ecss_can::link::port::Mailbox;
 
@@ -15,20 +16,20 @@ pub(super) type Flags = [bool; MAILBOXES];
 #[derive(Clone, Copy)]
 pub(super) struct Held {
     pub mailbox: Mailbox,
-    /// None: nothing waits.
+    /// Mailboxes with frames that have to end first. None set: no frame waits.
     pub behind: Flags,
 }
 
 impl Held {
-    /// Zero, so that the statics of the events stay in `.bss`.
+    /// No frame waits. All zero, so that the statics of the events stay in `.bss`.
     pub const NOTHING: Held = Held { mailbox: Mailbox(0), behind: [false; MAILBOXES] };
 
-    /// Whether a frame waits.
+    /// Returns whether a frame waits.
     pub fn waits(&self) -> bool {
         self.behind.contains(&true)
     }
 
-    /// Drops the mailboxes that have ended from those waited for. Returns the mailbox to request now, once.
+    /// Removes the mailboxes that have ended. Returns the mailbox to request when the last one is removed.
     pub fn end(&mut self, ended: impl Fn(usize) -> bool) -> Option<Mailbox> {
         if !self.waits() {
             return None;
@@ -39,7 +40,7 @@ impl Held {
         (!self.waits()).then_some(self.mailbox)
     }
 
-    /// Gives up the frame in this mailbox. Returns whether it waited.
+    /// Cancels the frame in this mailbox. Returns whether it waited.
     pub fn cancel(&mut self, mailbox: Mailbox) -> bool {
         let waited = self.waits() && self.mailbox == mailbox;
         if waited {
@@ -53,7 +54,7 @@ impl Held {
 mod tests {
     use super::*;
 
-    /// Mailbox 0, behind 1 and 2.
+    /// A frame in mailbox 0 that waits for mailboxes 1 and 2.
     const BEHIND_BOTH: Held = Held { mailbox: Mailbox(0), behind: [false, true, true] };
 
     #[test]

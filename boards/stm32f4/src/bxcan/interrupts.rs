@@ -1,6 +1,6 @@
-//! Interrupt handlers of a controller: each reads everything, clears what it read, and wakes the port.
+//! Interrupt handlers of a controller: each handler reads all flags, clears those that it read, and wakes the port.
 //!
-//! All of them have one priority and do not interrupt each other.
+//! All handlers have the same priority and do not interrupt each other.
 
 use core::marker::PhantomData;
 

@@ -1,4 +1,4 @@
-//! The lines of a controller.
+//! Pins of a controller.
 
 use embassy_stm32::Peri;
 use embassy_stm32::can::{RxPin, TxPin};
@@ -14,7 +14,7 @@ pub struct CanLines<T: Controller> {
 }
 
 impl<T: Controller> CanLines<T> {
-    /// Takes pins that the controller has. Others do not compile.
+    /// Takes the RX and TX pins of the controller. Other pins do not compile.
     pub fn new(
         controller: Peri<'static, T>,
         rx: Peri<'static, impl RxPin<T>>,

@@ -1,8 +1,8 @@
-//! Which transmit mailbox a frame goes into.
+//! Choice of the transmit mailbox for a frame.
 //!
 //! bxCAN sends the pending mailbox with the lowest identifier first, and of equal identifiers the lowest mailbox number
-//! (RM0090 32.7.1). So frames of one COB-ID are pending together in rising numbers only. When no higher mailbox is free, the
-//! next frame waits in a lower one.
+//! (RM0090 32.7.1). So frames of one COB-ID may be pending together only in mailboxes with rising numbers. When no
+//! higher mailbox is free, the next frame waits in a lower one.
 
 use ecss_can::link::port::{Mailbox, is_urgent};
 use ecss_can::types::CobId;
@@ -10,18 +10,19 @@ use ecss_can::types::CobId;
 use super::MAILBOXES;
 use super::held::Flags;
 
-/// Frames that must end before another one of their COB-ID: none.
+/// No mailbox has to end first.
 const NONE: Flags = [false; MAILBOXES];
 
-/// What is in the mailboxes. One stays in use until its result has been reported.
+/// Identifiers in the mailboxes. A mailbox stays in use until its result has been reported.
 #[derive(Default)]
 pub(super) struct Mailboxes {
     in_use: [Option<CobId>; MAILBOXES],
 }
 
 impl Mailboxes {
-    /// Takes a mailbox into use for a frame with this identifier. Returns it, and the mailboxes that must end before it is
-    /// requested. `None` when there is none at present; `holds_one`: a frame waits already, and only one can.
+    /// Reserves a mailbox for a frame with this identifier. Returns it and the mailboxes that must end before it is
+    /// requested. Returns `None` if no mailbox can be used now. `holds_one`: a frame waits already, and only one can
+    /// wait.
     pub fn claim(&mut self, id: CobId, holds_one: impl FnOnce() -> bool) -> Option<(Mailbox, Flags)> {
         let mut same = NONE;
         let (mut free, mut lowest, mut higher) = (0, None, None);
@@ -46,12 +47,12 @@ impl Mailboxes {
         Some((Mailbox(number as u8), before))
     }
 
-    /// Whether it is in use by a frame with this identifier.
+    /// Returns whether the mailbox is in use by a frame with this identifier.
     pub fn holds(&self, mailbox: Mailbox, id: CobId) -> bool {
         self.in_use.get(usize::from(mailbox.0)) == Some(&Some(id))
     }
 
-    /// Its result was reported.
+    /// Frees a mailbox whose result was reported.
     pub fn release(&mut self, mailbox: Mailbox) {
         if let Some(slot) = self.in_use.get_mut(usize::from(mailbox.0)) {
             *slot = None;
@@ -69,7 +70,7 @@ mod tests {
         CobId::new(raw).unwrap()
     }
 
-    /// Mailbox of a frame that may be requested at once.
+    /// Reserves a mailbox. Returns its number if the frame may be requested at once.
     fn at_once(mailboxes: &mut Mailboxes, id: CobId) -> Option<u8> {
         let (mailbox, before) = mailboxes.claim(id, || false)?;
         assert_eq!(before, NONE);

@@ -6,10 +6,9 @@
 //! SCE interrupt: error flags ──────────────┘
 //! ```
 //!
-//! Frames are retransmitted until they are acknowledged or aborted, the mailbox with the lowest identifier first. Those of
-//! one COB-ID keep their order (`mailboxes`, `held`).
-//! Recovery from bus-off is a decision of the node, so the automatic one is off. Time-triggered mode stays off: the
-//! errata of this block say that its time stamps are not available.
+//! Frames are retransmitted until they are acknowledged or aborted, the mailbox with the lowest identifier first. Those
+//! of one COB-ID keep their order (`mailboxes`, `held`). The node decides about recovery from bus-off, so automatic
+//! recovery is off. Time-triggered mode stays off: the errata of this block say that its time stamps are not available.
 
 /// Transmit mailboxes of a controller.
 const MAILBOXES: usize = 3;

@@ -1,4 +1,4 @@
-//! How a controller gets on and off its bus, one request at a time (RM0090 32.4).
+//! Mode of a controller: joins and leaves its bus, one request at a time (RM0090 32.4).
 //!
 //! ```text
 //! Entering ── INAK ──> Silent ── join ──> Joining ── INAK = 0 ──> OnBus
@@ -6,47 +6,49 @@
 //!    └───────────── INRQ ────────────── Emptying <──────────────────┘
 //! ```
 //!
-//! On a bus it takes part, or only listens (SILM). That is set in Init mode, so the way from one to the other leads there.
+//! On a bus the controller takes part or only listens (SILM). SILM can be set in Init mode only, so a change between
+//! the two passes through Init mode.
 //!
 //! A mailbox that transmits when it is aborted empties at the end of the transmission (RM0090 32.7.2), and that end
-//! never comes in Init mode: so INRQ waits until the mailboxes are empty. Nothing here waits: a request that the
-//! controller has not obeyed yet is looked at again, for as long as it takes.
+//! never comes in Init mode: so INRQ is set only after the mailboxes are empty. No function here blocks: a request that
+//! the controller has not executed yet is polled again, without a time limit.
 //!
 //! Verifies: ECSS 5.6.2a
 
 use ecss_can::link::bit_timing::BitRate;
 use ecss_can::types::{Duration, Instant};
 
-/// Bits after which mailboxes are empty: a frame and the error frame after it, and as much again.
+/// Bit times after which mailboxes are empty: twice a frame with the error frame after it.
 const EMPTYING_BITS: u32 = 400;
-/// The least for that: 5 ms.
+/// Least value of that time, for high bit rates.
 const EMPTYING: Duration = Duration::from_millis(5);
 
-/// A controller that has not obeyed after ten times that is defective, or its bus is dominant all the time.
+/// Multiple of that time after which a request counts as stalled: the controller is defective or its bus is dominant
+/// all the time.
 const STALLED: u32 = 10;
 
-/// What a controller shows of its mode.
+/// Flags of a controller that show its mode.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
-    /// INAK of MSR: it is in Init mode, or not yet on the bus.
+    /// INAK of MSR: the controller is in Init mode or not yet on the bus.
     pub init: bool,
     /// TME of TSR: no mailbox is pending.
     pub empty: bool,
 }
 
-/// What to write.
+/// A write to the controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Request {
-    /// The settings that can be made in Init mode only. Once for each way to be on the bus.
+    /// The settings that can be changed in Init mode only. Written again when `listens` changes.
     Configure {
         /// SILM: drives no dominant bit.
         listens: bool,
     },
-    /// ABRQ of all mailboxes.
+    /// Set ABRQ of all mailboxes.
     Abort,
-    /// INRQ = 1.
+    /// Set INRQ.
     Init,
-    /// INRQ = 0.
+    /// Clear INRQ.
     Normal,
 }
 
@@ -54,31 +56,31 @@ pub(super) enum Request {
 enum Step {
     /// INRQ was set.
     Entering,
-    /// In Init mode: not even an acknowledgement (ECSS 6.10f).
+    /// In Init mode: sends nothing, not even an acknowledgement (ECSS 6.10f).
     Silent,
-    /// INRQ was cleared; takes part after 11 recessive bits.
+    /// INRQ was cleared. The controller takes part after 11 recessive bits.
     Joining,
     OnBus,
     /// The mailboxes were aborted.
     Emptying,
 }
 
-/// The mode of one controller, and the one that is wanted.
+/// Present and requested mode of one controller.
 #[derive(Debug)]
 pub(super) struct Mode {
     step: Step,
     since: Instant,
-    /// Whether it only listens, as configured.
+    /// Configured value of SILM: the controller only listens. `None` before the first configuration.
     configured: Option<bool>,
     on_bus: bool,
     listens: bool,
     stall_told: bool,
-    /// How long mailboxes may take to be empty.
+    /// Time that mailboxes may take to become empty.
     emptying: Duration,
 }
 
 impl Mode {
-    /// INRQ was set at `now`, for the first time.
+    /// Starts with INRQ set at `now`, for the first time.
     pub fn entering(bit_rate: BitRate, now: Instant) -> Self {
         Mode {
             step: Step::Entering,
@@ -91,12 +93,12 @@ impl Mode {
         }
     }
 
-    /// Wanted on the bus or off it; `listens`: without driving a dominant bit.
+    /// Requests that the controller be on the bus or off it. `listens`: on the bus without driving a dominant bit.
     pub fn want(&mut self, on_bus: bool, listens: bool) {
         (self.on_bus, self.listens) = (on_bus, listens);
     }
 
-    /// Whether frames may be put into mailboxes.
+    /// Returns whether frames may be put into mailboxes.
     pub fn is_wanted_to_send(&self) -> bool {
         self.on_bus && !self.listens
     }
@@ -105,13 +107,14 @@ impl Mode {
         self.configured == Some(self.listens)
     }
 
-    /// Recovery from bus-off begins when INRQ was set and cleared (RM0090 32.7.6). To be written at once.
+    /// Starts the recovery from bus-off, which needs INRQ set and cleared (RM0090 32.7.6). The returned request is to
+    /// be written at once.
     pub fn recover(&mut self, now: Instant) -> Option<Request> {
         let recovers = self.on_bus && matches!(self.step, Step::OnBus | Step::Joining);
         recovers.then(|| self.enter(Step::Entering, Request::Init, now))
     }
 
-    /// What to write next; call until `None`, after every change.
+    /// Returns the next write. Call it after every change until it returns `None`.
     pub fn advance(&mut self, seen: Seen, now: Instant) -> Option<Request> {
         match self.step {
             Step::Entering | Step::Silent if seen.init && !self.is_configured() => {
@@ -141,17 +144,17 @@ impl Mode {
         }
     }
 
-    /// Whether the controller is where it was wanted.
+    /// Returns whether the controller has reached the requested mode.
     pub fn is_settled(&self) -> bool {
         self.is_configured() && self.step == if self.on_bus { Step::OnBus } else { Step::Silent }
     }
 
-    /// Whether it is in Init mode and stays there.
+    /// Returns whether the controller is in Init mode and stays there.
     pub fn is_silent(&self) -> bool {
         !self.on_bus && self.is_settled()
     }
 
-    /// Whether the present request takes too long; told once.
+    /// Returns, once for each request, whether the present request takes too long.
     pub fn take_stall(&mut self, now: Instant) -> bool {
         let stalled = !self.is_settled() && now.since(self.since) >= self.emptying.times(STALLED);
         stalled && !core::mem::replace(&mut self.stall_told, true)
@@ -184,7 +187,7 @@ mod tests {
     }
 
     fn requests(mode: &mut Mode, seen: Seen, now: Instant) -> Vec<Request> {
-        // More than any mode needs: a mode that requests without end fails a test.
+        // More requests than any mode needs: a mode that requests without end fails a test.
         std::iter::from_fn(|| mode.advance(seen, now)).take(9).collect()
     }
 
@@ -293,8 +296,8 @@ mod tests {
         assert!(!mode.take_stall(ms(1_000)));
     }
 
-    /// Given a controller that nobody told to join, when INAK stands for an hour, falls and stands again, then it is configured and stays in
-    /// Init mode.
+    /// Given a controller without a request to join, when INAK is set for an hour, is cleared and set again, then it is
+    /// configured and stays in Init mode.
     ///
     /// Verifies: ECSS 6.10f
     /// Notices: ECSS 6.10f: a controller that was in Init mode for two seconds joins its bus by itself.

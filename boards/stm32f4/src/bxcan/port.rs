@@ -38,42 +38,43 @@ use crate::Uptime;
 use crate::alternate::AlternatePin;
 use crate::stamping::FrameStamps;
 
-/// Below the timer driver's: its interrupt keeps the time that the stamps are read from.
+/// Lower than the priority of the timer driver, whose interrupt maintains the time of the stamps.
 const PRIORITY: Priority = Priority::P6;
 
-/// Looks at MSR until a controller has entered Init mode after reset; one that takes longer is looked at later.
+/// Reads of MSR while a controller enters Init mode after reset. If it takes longer, the mode is polled later.
 const INIT_POLLS: usize = 2_000;
 
-/// Changes of mode raise no interrupt. Nor does the end of a recovery from bus-off, and on a quiet bus no success tells
-/// of it either.
+/// Polling interval for changes that raise no interrupt: changes of mode, and the end of a recovery from bus-off on a
+/// quiet bus.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Ticks of the capture timer in a clock of APB1: timers run at twice its rate.
+/// Ticks of the capture timer per clock of APB1: the timers run at twice its rate.
 const TICKS_PER_CLOCK: u32 = 2;
 
 /// A bxCAN controller on its bus.
 pub struct Port<S> {
     registers: Can,
     first_bank: usize,
-    /// Filters in use, two to a bank.
+    /// Number of filters in use, two in each bank.
     filters: usize,
     events: &'static EventQueue,
     mailboxes: Mailboxes,
     timing: BitTiming,
     stamps: S,
     mode: Mode,
-    /// May be on its way out of bus-off.
+    /// A recovery from bus-off may be in progress.
     recovering: bool,
-    /// Nothing is under way that raises no interrupt.
+    /// No change is in progress that needs polling.
     is_quiet: bool,
-    /// Until the next look at what raises no interrupt.
+    /// Timer until the next poll of changes that raise no interrupt.
     look: Option<Timer>,
 }
 
 impl<S> Port<S> {
     /// Takes a controller into Init mode, silent. CAN1 must be made first: it clocks the filters of both.
     ///
-    /// One that does not get there stays silent, is tried again for ever, and says so ([`PortEvent::Stalled`]).
+    /// A controller that does not enter it stays silent. The request is repeated without limit and reported
+    /// ([`PortEvent::Stalled`]).
     pub fn new<T: Controller>(
         lines: CanLines<T>,
         _interrupts: impl ControllerInterrupts<T>,
@@ -100,17 +101,18 @@ impl<S> Port<S> {
         .started([lines.rx, lines.tx])
     }
 
-    /// In Init mode, on its pins.
+    /// Requests Init mode and connects the pins.
     #[inline(never)] // once for both controllers
     fn started(mut self, [AlternatePin(rx, rx_pin), AlternatePin(tx, tx_pin)]: [AlternatePin; 2]) -> Port<S> {
         let (mut rx_pin, mut tx_pin) = (Flex::new(rx_pin), Flex::new(tx_pin));
-        // Everything that is not named is off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
+        // All other bits are off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
         self.registers.mcr().write(|w| w.set_inrq(true));
         enable_sources(self.registers, Enables::ALL);
-        // Recessive in Init mode, so the pins come last. The pull-up keeps a port without transceiver recessive.
+        // The pins are connected last, because CAN_TX is recessive in Init mode. The pull-up keeps a port without
+        // transceiver recessive.
         rx_pin.set_as_af_unchecked(rx, AfType::input(Pull::Up));
         tx_pin.set_as_af_unchecked(tx, AfType::output(OutputType::PushPull, Speed::VeryHigh));
-        // Dropping them would cut the controller off.
+        // Dropping the pins would disconnect the controller.
         core::mem::forget([rx_pin, tx_pin]);
         for _ in 0..INIT_POLLS {
             self.advance();
@@ -121,7 +123,7 @@ impl<S> Port<S> {
         self
     }
 
-    /// Goes on with what is under way.
+    /// Continues the change of mode in progress.
     fn advance(&mut self) {
         while let Some(request) = self.mode.advance(self.seen(), Uptime.now()) {
             self.obey(request);
@@ -143,7 +145,8 @@ impl<S> Port<S> {
     fn obey(&self, request: Request) {
         match request {
             Request::Configure { listens } => controller::configure(self.registers, self.timing, listens),
-            // Upwards: a frame waits in a lower mailbox than the last one before it, whose end would request it.
+            // In rising order: a waiting frame is in a lower mailbox than the last frame before it, and the end of that
+            // one would request it.
             Request::Abort => (0..MAILBOXES).for_each(|n| self.give_up(Mailbox(n as u8))),
             Request::Init => self.registers.mcr().modify(|w| w.set_inrq(true)),
             Request::Normal => self.registers.mcr().modify(|w| w.set_inrq(false)),
@@ -157,7 +160,7 @@ impl<S> Port<S> {
         }
     }
 
-    /// Whether a frame with this identifier was received or sent and not handed out, or may have been.
+    /// Returns whether a frame with this identifier was, or may have been, received or sent without being reported yet.
     fn holds(&self, id: CobId) -> bool {
         let status = self.registers.tsr().read();
         (0..MAILBOXES).any(|n| status.rqcp(n))
@@ -169,7 +172,7 @@ impl<S> Port<S> {
         self.registers.esr().read().boff()
     }
 
-    /// Looks at what raises no interrupt, now and a little later; whether a request takes too long.
+    /// Polls changes that raise no interrupt, now and again after [`LOOK`]. Returns whether a request takes too long.
     #[inline(never)] // seldom
     fn watch(&mut self, context: &mut Context<'_>) -> bool {
         if !self.mode.is_settled() {
@@ -189,7 +192,7 @@ impl<S> Port<S> {
         let timer = self.look.get_or_insert_with(|| Timer::after(LOOK));
         if Pin::new(timer).poll(context).is_ready() {
             self.look = None;
-            // Comes here again at once, for the next timer.
+            // Runs again at once to start the next timer.
             context.waker().wake_by_ref();
         }
         false
@@ -201,8 +204,9 @@ impl<S> Port<S> {
     }
 }
 
-/// Makes all banks masks of 16 bits into the first FIFO, half of them for each controller, and lets them work. Does nothing
-/// if they are: only after a reset and a flipped bit are they not. Meanwhile neither controller receives (RM0090 32.9.4).
+/// Sets all banks to 16-bit masks into the first FIFO, assigns half of them to each controller, and activates them.
+/// Does nothing if they are set already: they are not after a reset or a flipped bit. Neither controller receives
+/// during the change (RM0090 32.9.4).
 fn prepare_banks() {
     let block = pac::CAN1;
     let fmr = block.fmr().read();
@@ -222,7 +226,7 @@ fn prepare_banks() {
 
 fn enable<I: Interrupt>() {
     I::set_priority(PRIORITY);
-    // SAFETY: the handler is bound, its state is a static behind a critical section; no critical section relies on
+    // SAFETY: the handler is bound, and its state is a static behind a critical section. No critical section relies on
     // this interrupt being masked.
     unsafe { I::enable() };
 }
@@ -230,7 +234,7 @@ fn enable<I: Interrupt>() {
 impl<S: FrameStamps> CanPort for Port<S> {
     type PerMailbox<T: Default> = [T; MAILBOXES];
 
-    /// Two to a bank.
+    /// Two filters in each bank.
     const FILTERS: usize = 2 * BANKS;
 
     fn set_filters(&mut self, filters: &[Filter]) {
@@ -251,7 +255,8 @@ impl<S: FrameStamps> CanPort for Port<S> {
         let held = [registers.fr1().read().0, registers.fr2().read().0];
         let mut wanted = held;
         wanted[number % 2] = half;
-        // The half that an odd number leaves over repeats the last filter: an empty one would admit identifier 0.
+        // With an odd number of filters the second half repeats the last filter: an empty half would admit identifier
+        // 0.
         if number + 1 == self.filters {
             wanted[1] = half;
         }
@@ -292,7 +297,7 @@ impl<S: FrameStamps> CanPort for Port<S> {
             w.set_stid(frame.id().raw());
             w.set_txrq(!waits);
         });
-        // The status is read when the frame is held: a result that comes later interrupts.
+        // The status is read after the frame is stored: a later result raises the interrupt.
         if waits
             && let Some(due) =
                 self.events.hold(Held { mailbox: number, behind }, |n| self.registers.tsr().read().tme(n))
@@ -310,7 +315,7 @@ impl<S: FrameStamps> CanPort for Port<S> {
         Status(self.registers.esr().read().0).health()
     }
 
-    /// A port that left its bus stays off it: [`CanPort::join`] recovers it too.
+    /// A port that left its bus stays off it; [`CanPort::join`] also recovers it from bus-off.
     fn recover(&mut self) {
         if self.is_bus_off()
             && let Some(request) = self.mode.recover(Uptime.now())

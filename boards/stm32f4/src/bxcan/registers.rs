@@ -17,7 +17,7 @@ pub(super) fn clear_errors(registers: Can) {
     registers.msr().write(|w| w.set_erri(true));
 }
 
-/// Sets the sources of interrupts. Not LECIE: on a cut bus it would fire with every attempt.
+/// Enables interrupts. LECIE stays off: on a cut bus it would raise an interrupt at every attempt.
 pub(super) fn enable_sources(registers: Can, errors: Enables) {
     registers.ier().write(|w| {
         w.set_tmeie(true);
@@ -30,7 +30,7 @@ pub(super) fn enable_sources(registers: Can, errors: Enables) {
     });
 }
 
-/// The frame at the output of FIFO 0. The filters admit 11-bit data frames only.
+/// Returns the frame at the output of FIFO 0. The filters admit 11-bit data frames only.
 pub(super) fn oldest(registers: Can) -> Option<Frame> {
     let mailbox = registers.rx(0);
     let id = CobId::new(mailbox.rir().read().stid())?;

@@ -1,9 +1,9 @@
-//! The transmit status register: which requests have ended, and how.
+//! Transmit status register: requests that have ended, and their results.
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Mailbox, PortEvent};
 
-/// In the byte of a mailbox: its request has completed, with success.
+/// Bits in the byte of a mailbox: request completed, transmission OK.
 const RQCP: u32 = 1 << 0;
 const TXOK: u32 = 1 << 1;
 
@@ -17,14 +17,14 @@ impl Results {
         self.of(mailbox) & RQCP != 0
     }
 
-    /// What clears these results when it is written to TSR. RQCP clears the other result bits of its mailbox. The results
-    /// of mailboxes that end later are kept.
+    /// Returns the value that clears these results when it is written to TSR. RQCP clears the other result bits of its
+    /// mailbox. The results of mailboxes that end later are kept.
     pub fn clearing(self) -> u32 {
         self.0 & (RQCP | RQCP << 8 | RQCP << 16)
     }
 
-    /// What to report of a mailbox whose request has ended. With automatic retransmission it ends by success or abort; ALST and TERR
-    /// describe the last attempt.
+    /// Returns the event to report for a mailbox whose request has ended. With automatic retransmission it ends by
+    /// success or abort; ALST and TERR describe the last attempt.
     pub fn event(self, mailbox: usize, stamp: Stamp) -> PortEvent {
         let number = Mailbox(mailbox as u8);
         if self.of(mailbox) & TXOK != 0 {
@@ -74,7 +74,7 @@ mod tests {
         assert_eq!(told(0x00_0F_00), [sent(1)]);
         assert_eq!(told(0x0D_00_00), [failed(2)]);
         assert_eq!(told(0x03_01_03), [sent(0), failed(1), sent(2)]);
-        // Results that software has cleared, of which no request is left.
+        // Results of requests that software has cleared.
         assert_eq!(told(0x0E_0E_0E), []);
     }
 

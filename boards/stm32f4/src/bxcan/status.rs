@@ -1,7 +1,7 @@
-//! The error register, and which of its changes are still to be told.
+//! The error register, and the error-state changes that are not yet reported.
 //!
-//! ESR says how things are now. Interrupts note it whenever it may have changed; the task takes what is news since it
-//! last looked. It may look late: neither a bus-off nor a worse state that is over by then is lost.
+//! ESR shows the present state. Interrupts record it whenever it may have changed; the task takes the changes since its
+//! last poll. If the task polls late, neither a bus-off nor a worse state that has ended by then is lost.
 //!
 //! Verifies: ECSS 5.6.2a
 
@@ -36,7 +36,7 @@ impl Status {
         self.0 & BOFF != 0
     }
 
-    /// How a lone transmitter looks.
+    /// Returns whether the status is that of a transmitter without another node on the bus.
     fn is_unacknowledged(self) -> bool {
         self.is_passive() && self.last_error() == LastError::Ack
     }
@@ -49,12 +49,12 @@ impl Status {
             4 => LastError::BitRecessive,
             5 => LastError::BitDominant,
             6 => LastError::Crc,
-            // 7 stands there only when software wrote it, which this driver does not.
+            // LEC is 7 only if software wrote it, which this driver does not.
             _ => LastError::None,
         }
     }
 
-    /// Error state and counters.
+    /// Returns error state and counters.
     pub fn health(self) -> Health {
         let [_, _, tec, rec] = self.0.to_le_bytes();
         let state = if self.is_bus_off() {
@@ -67,8 +67,9 @@ impl Status {
         Health { state, tec, rec, last_error: self.last_error() }
     }
 
-    /// What may raise the error interrupt now. In bus-off only another bus-off may: the receive error counter may count
-    /// recessive sequences then. Where flags that stand `repeat` the interrupt, only those that do not stand may.
+    /// Returns the flags that may raise the error interrupt now. In bus-off only another bus-off may: the receive error
+    /// counter may count recessive sequences then. If flags that are set `repeat` the interrupt, only those that are
+    /// clear may raise it.
     fn enables(self, repeat: bool) -> Enables {
         let stands = |flag: bool| flag && repeat;
         let on_bus = !self.is_bus_off();
@@ -79,7 +80,7 @@ impl Status {
         }
     }
 
-    /// Orders states; equal ones are no news.
+    /// Rank of the state; a change between equal ranks is not reported.
     fn severity(self) -> u8 {
         if self.is_bus_off() {
             4
@@ -103,22 +104,22 @@ impl Enables {
     pub const ALL: Enables = Enables { warning: true, passive: true, bus_off: true };
 }
 
-/// What the task has to be told of the error state.
+/// Error-state changes that the task has to report.
 #[derive(Debug)]
 pub(super) struct ErrorLog {
     told: Status,
     latest: Status,
-    /// The worst that was noted since the task looked last.
+    /// Worst status recorded since the task's last poll.
     worst: Status,
-    /// Bus-offs that were not told yet, and how the latest of them looked.
+    /// Number of bus-offs not yet reported, and the status of the latest one.
     bus_offs: u8,
     off: Status,
-    /// The manual says that ERRI is set when a flag rises. Once it was seen to be set by one that stands, standing ones
-    /// are masked.
+    /// The manual says that ERRI is set when a flag rises. After it was once set by a flag that was set already, flags
+    /// that are set are masked.
     repeats: bool,
-    /// Flags that stand are masked until the register is noted next.
+    /// Flags that are set are masked until the register is recorded next.
     masked: bool,
-    /// Something was noted since [`ErrorLog::take`] found no news.
+    /// A change was recorded since [`ErrorLog::take`] last returned `None`.
     changed: bool,
 }
 
@@ -137,13 +138,13 @@ impl ErrorLog {
         }
     }
 
-    /// Whether the register as it is now has to be noted.
+    /// Returns whether the present value of the register has to be recorded.
     #[inline]
     pub fn is_news(&self, now: Status) -> bool {
         now != self.latest || self.masked
     }
 
-    /// The register as it is now; what may raise the error interrupt from now on.
+    /// Records the present value of the register. Returns the flags that may raise the error interrupt from now on.
     pub fn note(&mut self, now: Status) -> Enables {
         (self.masked, self.changed) = (false, true);
         if now.is_bus_off() && !self.latest.is_bus_off() {
@@ -156,9 +157,9 @@ impl ErrorLog {
         now.enables(self.repeats)
     }
 
-    /// The error interrupt, with the register as it is now; what may raise the next one. `repeated`: it would have come
-    /// at once again. While a controller is bus-off nothing but another bus-off raises it: the first one ended, and
-    /// nobody looked.
+    /// Handles the error interrupt with the present value of the register. Returns the flags that may raise the next
+    /// one. `repeated`: the interrupt would be raised again at once. If the last recorded state is bus-off, the
+    /// interrupt means another bus-off: the first one ended between two polls.
     pub fn on_interrupt(&mut self, now: Status, repeated: bool) -> Enables {
         let off_again = now.is_bus_off() && self.latest.is_bus_off() && !self.repeats;
         if off_again {
@@ -167,8 +168,8 @@ impl ErrorLog {
         let is_news = off_again || now.flags() & !self.latest.flags() != 0;
         self.repeats |= repeated;
         let enables = self.note(now);
-        // Should a controller interrupt for every error while a flag stands, a cut bus is no storm: the flag is masked
-        // until the register is looked at for another reason.
+        // Some controllers may interrupt for every error while a flag is set. Masking the flag until the register is
+        // read for another reason avoids an interrupt storm on a cut bus.
         self.masked = !is_news;
         if is_news { enables } else { now.enables(true) }
     }
@@ -178,7 +179,7 @@ impl ErrorLog {
         self.off = now;
     }
 
-    /// The next news, the oldest first.
+    /// Takes the next change, the oldest first.
     #[inline]
     pub fn take(&mut self) -> Option<Health> {
         if self.changed { self.news() } else { None }
@@ -188,7 +189,7 @@ impl ErrorLog {
     fn news(&mut self) -> Option<Health> {
         let news = if self.bus_offs > 0 {
             if self.told.is_bus_off() {
-                // Only a recovery lies between two of them.
+                // Between two bus-offs there is always a recovery.
                 Status::FRESH
             } else {
                 self.bus_offs -= 1;
@@ -230,7 +231,8 @@ mod tests {
         news(log).into_iter().map(|health| health.state).collect()
     }
 
-    /// A controller that interrupts for every error while a flag stands: no storm on a cut bus.
+    /// Given a controller that interrupts for every error while a flag is set, then a cut bus causes no interrupt
+    /// storm.
     #[test]
     fn interrupt_without_new_flag_masks_set_flags_until_next_poll() {
         let mut log = ErrorLog::new();
@@ -307,7 +309,7 @@ mod tests {
         assert_eq!(states(&mut log), [BusOff]);
         log.on_interrupt(OFF, false);
         assert_eq!(states(&mut log), [Active, BusOff]);
-        // Neither was looked at, nor the recovery after the second.
+        // Neither bus-off was polled, nor the recovery after the second one.
         log.note(ACTIVE);
         log.on_interrupt(OFF, false);
         log.on_interrupt(OFF, false);
@@ -338,7 +340,7 @@ mod tests {
         let enables = log.on_interrupt(PASSIVE, true);
         assert_eq!(enables, Enables { warning: false, passive: false, bus_off: true });
         assert_eq!(log.on_interrupt(OFF, true), Enables { warning: false, passive: false, bus_off: false });
-        // A repeated interrupt is no other bus-off.
+        // A repeated interrupt does not count as another bus-off.
         log.on_interrupt(OFF, true);
         assert_eq!(states(&mut log), [ErrorState::BusOff]);
         assert_eq!(log.note(WARNING), Enables { warning: false, passive: true, bus_off: true });

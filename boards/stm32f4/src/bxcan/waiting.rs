@@ -1,7 +1,7 @@
-//! Events of a controller that its task has not taken yet: bounded, nothing dropped silently.
+//! Events of a controller that its task has not taken yet. Their number is bounded, and losses are counted.
 //!
-//! The ring is ours and each index into it is checked. `heapless::Deque` does not check its indexes: one flipped bit in an index
-//! would be an access out of bounds. A test compares the two.
+//! This ring buffer checks each index. `heapless::Deque` does not: one flipped bit in an index would cause an access
+//! out of bounds. A test compares the two.
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Mailbox, PortEvent};
@@ -10,11 +10,11 @@ use ecss_can::types::{CobId, Frame, Instant};
 use super::MAILBOXES;
 use super::status::ErrorLog;
 
-/// Received frames that may wait for the task: 1.5 ms of the shortest frames, 3.5 ms of those with 8 bytes. A minimal slave
-/// receives but its own commands, SYNC and the heartbeat of the master.
+/// Received frames that may wait for the task: 1.5 ms of the shortest frames, 3.5 ms of those with 8 bytes. A minimal
+/// slave receives only its own commands, SYNC and the heartbeat of the master.
 const FRAMES: usize = if cfg!(feature = "full") { 32 } else { 8 };
 
-/// Frames and one result per mailbox always find a place.
+/// Capacity: the frames and one result per mailbox.
 const PLACES: usize = FRAMES + MAILBOXES;
 
 /// An empty place. Zero, so that the statics of the events stay in `.bss`.
@@ -23,9 +23,9 @@ const EMPTY: PortEvent = PortEvent::Received {
     stamp: Stamp::interrupt(Instant::ZERO),
 };
 
-/// What happened on a controller and was not taken yet.
+/// Events of a controller that were not taken yet.
 pub(super) struct Waiting {
-    /// `len` events in the order of time, from `first` on round and round.
+    /// Ring of `len` events in chronological order, beginning at `first`.
     events: [PortEvent; PLACES],
     first: usize,
     len: usize,
@@ -38,7 +38,7 @@ impl Waiting {
         Waiting { events: [EMPTY; PLACES], first: 0, len: 0, lost: 0, errors: ErrorLog::new() }
     }
 
-    /// A frame was received; when there are too many it is counted as lost.
+    /// Adds a received frame, or counts it as lost if too many are pending.
     #[inline]
     pub fn received(&mut self, frame: Frame, stamp: Stamp) {
         if self.len >= FRAMES {
@@ -47,7 +47,7 @@ impl Waiting {
         self.put(PortEvent::Received { frame, stamp });
     }
 
-    /// Adds an event; there is a place.
+    /// Adds an event. The caller has checked that there is room.
     #[inline(always)] // the receive interrupt makes the event in its place
     fn put(&mut self, event: PortEvent) {
         if let Some(place) = self.events.get_mut(place(self.first + self.len)) {
@@ -56,13 +56,13 @@ impl Waiting {
         }
     }
 
-    /// At least one frame was lost before it could be read: FOVR does not count them.
+    /// Counts an overrun: at least one frame was lost before it could be read. FOVR gives no number.
     pub fn lose(&mut self) {
         self.lost = self.lost.saturating_add(1);
     }
 
-    /// The result of a mailbox. It is used again only after its result was taken; should it end once more before, the
-    /// later result takes the place of the earlier one, which is counted.
+    /// Adds the result of a mailbox. A mailbox is reused only after its result was taken. If it ends twice
+    /// nevertheless, the later result replaces the earlier one, which is counted as lost.
     pub fn finished(&mut self, result: PortEvent) {
         for n in 0..self.len {
             if let Some(earlier) = self.events.get_mut(place(self.first + n))
@@ -75,7 +75,7 @@ impl Waiting {
         if self.len < PLACES { self.put(result) } else { self.lose() }
     }
 
-    /// Whether such an event waits.
+    /// Returns whether an event matches `such`.
     pub fn holds(&self, such: impl Fn(&PortEvent) -> bool) -> bool {
         (0..self.len).filter_map(|n| self.events.get(place(self.first + n))).any(such)
     }
@@ -99,12 +99,12 @@ impl Waiting {
     }
 }
 
-/// The place with this number, counted round.
+/// Index of an element in the ring, modulo its capacity.
 fn place(number: usize) -> usize {
     if number < PLACES { number } else { number - PLACES }
 }
 
-/// Mailbox of a result.
+/// Returns the mailbox if the event is a result.
 fn mailbox(event: &PortEvent) -> Option<Mailbox> {
     match event {
         PortEvent::Transmitted { mailbox, .. } | PortEvent::Failed { mailbox } => Some(*mailbox),
@@ -192,7 +192,7 @@ mod tests {
         ]
     }
 
-    /// What `Waiting` is for frames and results, on a ring of `heapless`.
+    /// Model of `Waiting` for frames and results, on a ring of `heapless`.
     #[derive(Default)]
     struct Model {
         events: Deque<PortEvent, PLACES>,

@@ -9,11 +9,11 @@ use super::{MULTIPLIER, OscillatorKind, PREDIV, VCO_INPUT, VCO_OUTPUT};
 /// Reason why an oscillator has no settings of the PLL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockError {
-    /// The oscillator is too slow or too fast for the chip: take another one.
+    /// The oscillator is too slow or too fast for the chip: use another one.
     OscillatorRange {
         /// Its frequency in Hz.
         hz: u32,
-        /// Its kind, which decides the range.
+        /// Kind of the oscillator, which determines the range.
         kind: OscillatorKind,
     },
     /// This HCLK does not give APB1 42 MHz and its timers 84 MHz: take 168 MHz or 84 MHz.
@@ -31,7 +31,7 @@ pub enum ClockError {
 }
 
 impl ClockError {
-    /// Returns the error in words, also for a build that it stops.
+    /// Returns the error message, also at compile time.
     pub const fn message(&self) -> ErrorText {
         let text = ErrorText::new("no clocks: ");
         match *self {
@@ -67,7 +67,7 @@ impl fmt::Display for ClockError {
 
 impl core::error::Error for ClockError {}
 
-/// Adds the least and the greatest value that is allowed.
+/// Appends the least and the greatest allowed value.
 const fn range(text: ErrorText, first: u32, last: u32) -> ErrorText {
     text.number(first).text(" to ").number(last)
 }

@@ -3,13 +3,13 @@ use super::{ClockError, Clocks, Oscillator, OscillatorKind, PCLK1, TIMERS};
 const FAST: u32 = 168_000_000;
 const SLOW: u32 = 84_000_000;
 
-/// Settings in a constant, as boards have them.
+/// Settings in a constant, as boards declare them.
 const PYBOARD: Clocks = match Clocks::new(Oscillator::crystal(12_000_000), FAST) {
     Ok(clocks) => clocks,
     Err(error) => panic!("{}", error.message().as_str()),
 };
 
-/// Each whole MHz, the ends of all ranges and 1 Hz beyond them, and frequencies of common crystals.
+/// Returns each whole MHz, the ends of all ranges and 1 Hz beyond them, and frequencies of common crystals.
 fn frequencies() -> impl Iterator<Item = u32> {
     let odd = [
         0,
@@ -60,7 +60,7 @@ fn frequencies() -> impl Iterator<Item = u32> {
     (1..=50).map(|mhz| mhz * 1_000_000).chain(odd)
 }
 
-/// Each (PLLM, PLLN, PLLP) within the limits of RM0090 7.3.2 that gives HCLK exactly.
+/// Returns each (PLLM, PLLN, PLLP) within the limits of RM0090 7.3.2 that gives HCLK exactly.
 fn solutions(hz: u32, hclk: u32) -> Vec<(u8, u16, u8)> {
     let (hz, hclk) = (u128::from(hz), u128::from(hclk));
     let mut found = Vec::new();
@@ -180,7 +180,7 @@ fn apb1_has_42_mhz_its_timers_84_and_apb2_84() {
     for hclk in [FAST, SLOW] {
         let clocks = Clocks::new(Oscillator::crystal(8_000_000), hclk).unwrap();
         assert_eq!(hclk / u32::from(clocks.apb1), 42_000_000);
-        // A timer runs at twice its bus where that is divided (RM0090 7.2).
+        // A timer runs at twice the clock of its bus if that clock is divided (RM0090 7.2).
         assert!(clocks.apb1 > 1);
         assert_eq!(hclk / u32::from(clocks.apb1) * 2, 84_000_000);
         assert_eq!(hclk / u32::from(clocks.apb2), 84_000_000);

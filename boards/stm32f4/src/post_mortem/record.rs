@@ -3,7 +3,7 @@
 //! ```text
 //! check | cause | program counter | 8 return addresses | newest 128 bytes of the log
 //! ```
-//! The record lies in RAM that no start initialises. It is taken once, and only where power did not fail since.
+//! The record is in RAM that no start initialises. It is taken once, and only if power did not fail since.
 
 use core::hint::black_box;
 use core::mem::MaybeUninit;
@@ -50,23 +50,24 @@ pub fn runs(task: u32) {
     RUNNING.store(task, Ordering::Relaxed);
 }
 
-/// Takes the task that the program before this one polled last; zero if there was none. Once, before tasks run.
+/// Takes the task that the program before this one polled last; zero if there was none. Call it once, before tasks run.
 pub fn take_running() -> u32 {
     RUNNING.swap(0, Ordering::Relaxed)
 }
 
-/// The record. The compiler does not see where it is, as it would take what the linker says of its content for true.
+/// Returns the address of the record. It is hidden from the compiler, which would otherwise assume the initial content.
 fn place() -> *mut Record {
     black_box(addr_of_mut!(POST_MORTEM).cast())
 }
 
-/// Takes the record of the program before this one, if it is whole and `is_valid`. Once, before tasks run.
+/// Takes the record of the program before this one, if its checksum is right and `is_valid`. Call it once, before tasks
+/// run.
 pub fn take(is_valid: bool) -> Option<PostMortem> {
     // SAFETY: the record is RAM of its static, and any bits are words. No task and no handler runs yet, so this is the only
     // reference to it and to the copy of its dump.
     let record = unsafe { &mut *place() };
     let found = (is_valid && record[0] == check(record)).then(|| {
-        // SAFETY: as above; the bytes of words are bytes.
+        // SAFETY: as above; the words may be read as bytes.
         let dump = unsafe {
             let dump = addr_of_mut!(DUMP);
             dump.copy_from_nonoverlapping(record.as_ptr().add(3).cast(), 1);
@@ -84,12 +85,13 @@ fn check(record: &Record) -> u32 {
     record[1..].iter().fold(0x5EC5_0315, |sum, word| sum.rotate_left(5) ^ word)
 }
 
-/// Writes the record. `frame`: where the exception stacked the registers of what it interrupted, if that is known. `log` reads the
-/// log.
+/// Writes the record. `frame`: address at which the exception stacked the registers of the interrupted code, if known.
+/// `log` reads the log.
 pub fn write(frame: Option<u32>, cause: u8, log: ReadLog) {
     let (top, bottom) = (addr_of!(_stack_start) as u32, addr_of!(_stack_end) as u32);
-    // SAFETY: the record is RAM of its static, which only this function works on, once, as tasks run. Between both ends of the stack
-    // there is RAM, and any bits are a u32. The program is flash, and a program counter is even. The log is a static of `defmt-rtt` that holds bytes; its control block says where.
+    // SAFETY: the record is RAM of its static, which only this function accesses once tasks run, and it runs once. All
+    // addresses between both ends of the stack are RAM, and any bits are a u32. The program is flash, and a program
+    // counter is even. The log is a static of `defmt-rtt` that holds bytes; its control block says where.
     unsafe {
         let record = &mut *place();
         let is_lost = frame.is_some_and(|frame| frame < bottom) || (*SCB::PTR).cfsr.read() & STKERR != 0;
@@ -101,7 +103,7 @@ pub fn write(frame: Option<u32>, cause: u8, log: ReadLog) {
             _ => cause.into(),
         };
         record[2] = pc;
-        // Without a frame, none is found.
+        // Without a frame the search begins at the top and finds nothing.
         let mut at = frame.unwrap_or(top).max(bottom);
         for address in &mut record[3..3 + ADDRESSES] {
             *address = 0;
@@ -120,7 +122,7 @@ pub fn write(frame: Option<u32>, cause: u8, log: ReadLog) {
     }
 }
 
-/// Whether an address is in the program.
+/// Returns whether an address is in the program.
 fn is_program(address: u32) -> bool {
     address >> 24 == FLASH_PAGE && address < addr_of!(__etext) as u32
 }

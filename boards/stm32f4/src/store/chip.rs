@@ -1,6 +1,7 @@
 //! The chip's flash under the log.
 //!
-//! Programmed by registers: the HAL's driver knows every sector of every part, and takes three times the memory.
+//! It accesses the registers directly: the HAL's driver supports every sector of every chip and takes three times the
+//! memory.
 
 use core::ptr::{self, addr_of};
 
@@ -13,16 +14,16 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNo
 
 use super::{Opened, ParameterLog};
 
-/// Where the flash of all parts begins.
+/// First address of the flash in all chips.
 const BASE: u32 = 0x0800_0000;
-/// Sectors of the store.
+/// Size of a sector of the store, in bytes.
 const SECTOR: u32 = 128 * 1024;
 const SECTORS: u32 = 2;
 /// A chip with 2 MiB has two banks.
 const BANK: u32 = 1 << 20;
 
-/// Opens the parameter store. Before the controllers join their buses: where it has to erase, the chip stands still for
-/// one second, two at most, and so does whoever would feed a watchdog.
+/// Opens the parameter store. Call it before the controllers join their buses: an erase stalls the chip for one second,
+/// two at most, and the watchdog is not fed meanwhile.
 ///
 /// # Errors
 /// [`StoreError::Hardware`] when the flash fails.
@@ -32,8 +33,8 @@ pub fn open(
     ParameterLog::open(ChipFlash(flash), start())
 }
 
-/// The first sector of the store, by the memory map of the chip (`boards-memory`); an offset from the start of flash, like all
-/// addresses here.
+/// Returns the first sector of the store by the memory map of the chip (`boards-memory`). It is an offset from the
+/// start of flash, as all addresses in this module.
 fn start() -> u32 {
     unsafe extern "C" {
         static __store_start: u8;
@@ -41,7 +42,7 @@ fn start() -> u32 {
     addr_of!(__store_start) as u32 - BASE
 }
 
-/// Flash of words and of sectors with 128 KiB.
+/// Flash that is programmed by words and erased by sectors of 128 KiB.
 pub struct ChipFlash(
     #[allow(dead_code, reason = "held so that no other driver takes the flash")]
     Peri<'static, peripherals::FLASH>,
@@ -105,7 +106,7 @@ impl NorFlash for ChipFlash {
     }
 }
 
-/// Whether an area is in the store.
+/// Checks that an area is in the store.
 fn check(offset: u32, len: usize) -> Result<(), NorFlashErrorKind> {
     let before = offset.checked_sub(start()).ok_or(NorFlashErrorKind::OutOfBounds)?;
     let room = (SECTORS * SECTOR).checked_sub(before).ok_or(NorFlashErrorKind::OutOfBounds)?;
@@ -115,8 +116,8 @@ fn check(offset: u32, len: usize) -> Result<(), NorFlashErrorKind> {
 /// Flags of FLASH_SR that are cleared by writing one: EOP, OPERR, WRPERR, PGAERR, PGPERR, PGSERR.
 const FLAGS: Sr = Sr(0xF3);
 
-/// Unlocks the flash and sets it to an operation (RM0090 3.6). Words of 32 bits: as fast as 3.3 V allow. Clears the flags first:
-/// those of an earlier operation, of a debug probe for example, would be taken for errors of this one.
+/// Unlocks the flash and sets it to an operation (RM0090 3.6). Programs words of 32 bits, the widest access at 3.3 V.
+/// Clears the flags first: flags of an earlier operation, as one of a debug probe, would count as errors of this one.
 fn unlock(operation: impl FnOnce(&mut Cr)) {
     FLASH.sr().write_value(FLAGS);
     FLASH.keyr().write_value(0x4567_0123);
@@ -129,8 +130,8 @@ fn unlock(operation: impl FnOnce(&mut Cr)) {
 
 /// Waits for the end of an operation that was started, locks the flash and empties the data cache.
 ///
-/// After an erase that cache holds what the sector held before. After programming it holds the word that was stored, not the one that
-/// the flash took (RM0090 3.6.4). Either would be read back instead of the flash.
+/// After an erase the data cache still holds the old content of the sector. After programming it holds the word that
+/// was written, which may differ from the word in flash (RM0090 3.6.4). Either would be read instead of the flash.
 #[inline(never)] // from two places
 fn finish() -> Result<(), NorFlashErrorKind> {
     cortex_m::asm::dsb();

@@ -1,10 +1,12 @@
 //! The checksum of a set: CRC-32C (Castagnoli), which also finds one flipped bit.
 //!
-//! Sets of any length that differ have checksums such that set and checksum differ in four bits at least (Koopman 2002).
-//! So one flipped bit is corrected, two are detected, and more are taken for one with a probability of one in 16,000.
+//! Two different sets with their checksums differ in at least four bits, whatever their length (Koopman 2002). So one
+//! flipped bit is corrected and two are detected. More are taken for a single flipped bit with a probability of one in
+//! 16,000.
 //!
-//! The crate `crc` 3.4 computes it as well. Measured with each: model cycles to open a store with a set of 16 KiB, the flash of the
-//! slave on the pyboard, and the part of it that is board support (row `size.pyboard-v11.slave.flash.boards`):
+//! The crate `crc` 3.4 computes the same checksum. Measured with each: model cycles to open a store with a set of 16
+//! KiB, the flash of the slave on the pyboard, and the part of it that is board support (row
+//! `size.pyboard-v11.slave.flash.boards`):
 //!
 //! | code | cycles | flash, bytes | board support, bytes |
 //! | --- | --- | --- | --- |
@@ -17,7 +19,7 @@
 /// Generator, lowest power at the highest bit.
 const GENERATOR: u32 = 0x82F6_3B78;
 
-/// Remainders of four bits: a table for bytes takes a KiB, and without one a set of 16 KiB takes 10 ms.
+/// Remainders of four bits. A table for bytes would take a KiB; without a table a set of 16 KiB takes 10 ms.
 const TABLE: [u32; 16] = {
     let (mut table, mut bits) = ([0; 16], 0);
     while bits < 16 {
@@ -31,12 +33,12 @@ const TABLE: [u32; 16] = {
 pub struct Crc(u32);
 
 impl Crc {
-    /// Of no bytes.
+    /// Returns the initial checksum.
     pub const fn new() -> Crc {
         Crc(u32::MAX)
     }
 
-    /// Takes the next bytes.
+    /// Adds the next bytes.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: five of these save 40 bytes
     pub fn update(&mut self, bytes: &[u8]) {
         for byte in bytes {
@@ -47,7 +49,7 @@ impl Crc {
         }
     }
 
-    /// The checksum of all bytes taken.
+    /// Returns the checksum of all bytes added.
     pub const fn value(&self) -> u32 {
         !self.0
     }
@@ -57,10 +59,10 @@ const fn step(remainder: u32) -> u32 {
     remainder >> 1 ^ if remainder & 1 == 1 { GENERATOR } else { 0 }
 }
 
-/// The one flipped bit that makes the checksums of `bits` bits differ by `difference`: the lowest bit of the first byte is 0,
-/// those of the checksum follow the data. `None` where more than one bit is flipped.
+/// Returns the single flipped bit that makes the checksums of `bits` bits differ by `difference`. Bit 0 is the lowest
+/// bit of the first byte; the bits of the checksum follow the data. Returns `None` if more than one bit is flipped.
 pub fn flipped(difference: u32, bits: u32) -> Option<u32> {
-    // The difference that each bit makes, from the last bit of the checksum on.
+    // Difference that one flipped bit causes, beginning with the last bit of the checksum.
     let mut made = 1 << 31;
     for bit in (0..bits + 32).rev() {
         if made == difference {

@@ -1,4 +1,4 @@
-//! A log of sets in two pages of NOR flash; the last set that is whole is the one that is stored.
+//! A log of sets in two pages of NOR flash. The last complete set is the stored one.
 //!
 //! ```text
 //! page    magic | epoch | set | note | set | ... | erased
@@ -11,16 +11,16 @@
 //!   interrupted never reads as another one. The CRC of a set corrects one flipped bit of it (`crc.rs`).
 //! * The last word of a set, all zeros, *commits* it. Without it the save was interrupted and the set before is stored.
 //!   A committed set that cannot be corrected is *damaged*; the set before is stored, or none.
-//! * The page in use is the one of the higher epoch. The other one is free, or holds older sets or the remains of an
-//!   erase; it is erased before it is used.
+//! * The page with the higher epoch is in use. The other one is free, or holds older sets or the remains of an
+//!   interrupted erase; it is erased before it is used.
 //! * A note holds until the next set is stored. Notes end at three quarters of a page: the rest is for sets.
 //! * Three copies of the Node-ID hold until they are replaced (`ecss_can::store::identity`). The last one of each number
 //!   counts. Copies that were replaced are programmed to zero.
-//! * [`ParameterLog::open`] changes pages when there is no room left for the longest set or for a note, and when it had
-//!   to correct something: erase the other page, copy set, note and Node-ID, write the epoch. Until the epoch is
-//!   written the old page holds; afterwards it is not read.
-//! * A set begins behind flipped bits of the erased area. A word that does not read back as it was written fails the set,
-//!   note or copy.
+//! * [`ParameterLog::open`] changes pages when there is no room left for the longest set or for a note, and when it
+//!   corrected a bit: erase the other page, copy set, note and Node-ID, write the epoch. Until the epoch is written the
+//!   old page is valid; afterwards it is not read.
+//! * A set begins behind flipped bits of the erased area. If a word reads back with another value than was written,
+//!   storing the set, note or copy fails.
 
 use ecss_can::store::{Loss, ParameterStore, StoreError, identity};
 use ecss_can::types::NodeId;
@@ -43,10 +43,10 @@ const NOTE: u16 = 0x4000;
 /// The highest note, and its control word.
 const MAX_NOTE: u16 = 0x0FFF;
 const LAST_NOTE: u16 = NOTE | MAX_NOTE;
-/// Bytes that are read at once.
+/// Number of bytes that are read at once.
 const PART: usize = 256;
 
-/// What was found and done at start-up.
+/// Findings and repairs at start-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Opened {
@@ -54,20 +54,20 @@ pub struct Opened {
     pub erased: u32,
     /// Saved sets, newer than the one stored, that have more flipped bits than can be corrected.
     pub damaged: u32,
-    /// The last save did not end: power failed, or the flash refused a word. The set before is stored.
+    /// The last save was interrupted: power failed, or the flash refused a word. The set before is stored.
     pub is_interrupted: bool,
-    /// Flipped bits that were corrected. The other page holds what is stored now.
+    /// Number of flipped bits that were corrected. The corrected data was written to the other page.
     pub corrected: u32,
 }
 
 /// A set in the page in use.
 #[derive(Clone, Copy, Debug)]
 struct StoredSet {
-    /// Address of its length.
+    /// Address of the word with its length.
     at: u32,
     /// Length in bytes.
     len: u32,
-    /// A flipped bit, of its bytes or behind them of its CRC.
+    /// Index of a flipped bit, counted from the first byte; the bits of the CRC follow the bytes.
     flipped: Option<u32>,
 }
 
@@ -93,7 +93,7 @@ impl StoredSet {
     }
 }
 
-/// The last copies of the Node-ID, by their numbers.
+/// The last copies of the Node-ID, by number.
 #[derive(Clone, Copy, Debug, Default)]
 struct Copies {
     /// Addresses; zero for none.
@@ -105,9 +105,9 @@ struct Copies {
 /// The set that is being written.
 struct Writing {
     record: StoredSet,
-    /// Bytes taken.
+    /// Number of bytes received.
     taken: u32,
-    /// Bytes that do not fill a word yet.
+    /// Bytes of the incomplete word.
     word: [u8; WORD as usize],
     crc: Crc,
 }
@@ -132,8 +132,8 @@ pub struct ParameterLog<F> {
 impl<F: NorFlash> ParameterLog<F> {
     const PAGE: u32 = F::ERASE_SIZE as u32;
 
-    /// Opens the log in the two pages from `base` on, makes room for a set and mends what had to be corrected. Erases at
-    /// most one page.
+    /// Opens the log in the two pages from `base` on, makes room for a set and corrects flipped bits. Erases at most
+    /// one page.
     ///
     /// # Errors
     /// [`StoreError::Hardware`] when the flash fails.
@@ -164,7 +164,7 @@ impl<F: NorFlash> ParameterLog<F> {
         let epoch = epochs[newest];
         if epoch == 0 {
             for page in pages {
-                // A page that holds something was in use: its epoch is damaged.
+                // A page that is not empty was in use: its epoch is damaged.
                 if log.control(page)? == Some(MAGIC) && log.word(page + PAGE_HEADER)? != ERASED {
                     opened.damaged += 1;
                     log.loss = Some(Loss::Damaged);
@@ -208,12 +208,12 @@ impl<F: NorFlash> ParameterLog<F> {
         (self.stored, self.note, self.copies) = (None, None, Default::default());
     }
 
-    /// Where the last quarter of the page begins.
+    /// Returns the address of the last quarter of the page.
     fn notes_end(&self) -> u32 {
         self.page_end - Self::PAGE / 4
     }
 
-    /// The epoch of a page that was made ready, else zero.
+    /// Returns the epoch of a valid page, otherwise zero.
     fn epoch(&mut self, page: u32) -> Result<u16, StoreError> {
         let is_ready = self.control(page)? == Some(MAGIC);
         Ok(if is_ready { self.control(page + WORD)?.unwrap_or(0) } else { 0 })
@@ -234,7 +234,7 @@ impl<F: NorFlash> ParameterLog<F> {
         Ok(())
     }
 
-    /// Address of the first word that is not erased; `end` without one.
+    /// Returns the address of the first word that is not erased, or `end` if there is none.
     fn first_written(&mut self, mut at: u32, end: u32) -> Result<u32, StoreError> {
         let mut bytes = [0; PART];
         while at < end {
@@ -250,9 +250,9 @@ impl<F: NorFlash> ParameterLog<F> {
         Ok(end)
     }
 
-    /// Enters a page; finds the last set that is whole, and the note behind it.
+    /// Selects a page, and finds its last complete set and the note behind it.
     fn find_stored(&mut self, page: u32, opened: &mut Opened) -> Result<(), StoreError> {
-        // From the last set on, which mostly is whole; each further one takes a walk.
+        // Begins with the last set, which is complete in most cases; each further set needs another walk.
         let mut before = page + Self::PAGE;
         loop {
             self.enter(page);
@@ -271,9 +271,9 @@ impl<F: NorFlash> ParameterLog<F> {
         }
     }
 
-    /// Walks the page in use: the last set before `before` that is committed, the last note behind it, the copies, and
-    /// where the page is free. Sets between that set and that note are not stored. Returns whether the last set of the
-    /// page is not committed.
+    /// Walks the page in use. Finds the last committed set before `before`, the last note behind it, the copies, and
+    /// the free area of the page. Sets between that set and that note are not stored. Returns whether the last set of
+    /// the page is not committed.
     fn walk(&mut self, before: u32) -> Result<bool, StoreError> {
         let mut is_interrupted = false;
         while self.free < self.page_end && self.word(self.free)? != ERASED {
@@ -287,7 +287,7 @@ impl<F: NorFlash> ParameterLog<F> {
                         continue;
                     }
                     self.free = record.end();
-                    // Zeros in both halves: a flipped bit of the erased word commits nothing.
+                    // Requires zeros in both halves: a flipped bit of the erased word does not commit the set.
                     let commit = self.word(record.commit())?;
                     is_interrupted = commit as u16 == u16::MAX || commit >> 16 == 0xFFFF;
                     if !is_interrupted && at < before {
@@ -310,8 +310,8 @@ impl<F: NorFlash> ParameterLog<F> {
         Ok(is_interrupted)
     }
 
-    /// Compares a set with its CRC: it is stored with at most one flipped bit, which reading corrects. Otherwise it is
-    /// damaged, and none is stored.
+    /// Compares a set with its CRC. Returns true and selects the set if at most one bit is flipped, which reading
+    /// corrects. Otherwise the set is damaged, and no set is selected.
     fn correct(&mut self, set: StoredSet) -> Result<bool, StoreError> {
         let mut set = StoredSet { flipped: None, ..set };
         let difference = self.crc_of(set)? ^ self.word(set.crc())?;
@@ -327,7 +327,7 @@ impl<F: NorFlash> ParameterLog<F> {
         Ok(true)
     }
 
-    /// The number of a control word, one flipped bit corrected.
+    /// Returns the number of a control word, with one flipped bit corrected.
     fn control(&mut self, at: u32) -> Result<Option<u16>, StoreError> {
         let word = self.word(at)?;
         let number = word::decode(word);
@@ -392,7 +392,8 @@ impl<F: NorFlash> ParameterLog<F> {
         Ok(u32::from_le_bytes(bytes))
     }
 
-    /// Programs a word. One that does not read back is programmed to zero: it must not read as corrected.
+    /// Programs a word. A word that does not read back is programmed to zero, so that it does not read as a corrected
+    /// one.
     fn program(&mut self, at: u32, word: u32) -> Result<(), StoreError> {
         self.write(at, word)?;
         if self.word(at)? == word {
@@ -423,7 +424,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
 
     fn check(&mut self) -> Option<Loss> {
         if let Some(set) = self.stored {
-            // A memory that cannot be read fails the load as well.
+            // If the flash cannot be read, the load fails as well.
             _ = self.correct(set);
         }
         self.loss
@@ -440,12 +441,12 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
                 return Err(StoreError::Full);
             }
             let written = self.first_written(record.at, record.end())?;
-            // If it fails it is no length, and the words behind it are no set.
+            // If this fails, the word is not a length and the words behind it are not a set.
             self.free += WORD;
             if written == record.at {
                 continue;
             }
-            // A set that is never committed covers what does not read as erased.
+            // Words that do not read as erased become part of a set that is never committed.
             let is_free = written == record.end();
             let len = if is_free { record.len } else { written - record.data() };
             let record = StoredSet { len, ..record };
@@ -505,7 +506,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
         if at >= self.notes_end() {
             return Err(StoreError::Full);
         }
-        // If it fails it is no note.
+        // If this fails, the word is not a note.
         self.free += WORD;
         self.program(at, word::encode(NOTE | note))?;
         self.note = Some(note);
@@ -524,7 +525,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
         let id = id.map_or(0, NodeId::get);
         for nth in 0..3 {
             let at = self.free;
-            // If it fails it is no copy.
+            // If this fails, the word is not a copy.
             self.free += WORD;
             self.program(at, word::encode(identity::copy(nth as u8 + 1, id)))?;
             self.copies.ids[nth] = id;
@@ -538,7 +539,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
     }
 }
 
-/// A word that is complete; the next one begins erased.
+/// Takes the complete word and sets the next one to the erased state.
 fn take_word(word: &mut [u8; WORD as usize]) -> [u8; WORD as usize] {
     core::mem::replace(word, [0xFF; WORD as usize])
 }

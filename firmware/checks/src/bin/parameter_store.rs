@@ -1,7 +1,8 @@
-//! Saves a numbered set at each start, and says what it found.
+//! Saves a numbered set at each start, and reports the set that it found.
 //!
-//! On a board: press reset and watch the number rise, pull the plug whenever you like. The twin pulls it at each operation
-//! of the flash. With PC0 to ground a start saves a long set before the short one, which fills the page soon.
+//! On a board: press reset and watch the number rise; remove power at any time. The twin removes power at each
+//! operation of the flash. With PC0 to ground a start saves a long set before the short one, which fills the page
+//! sooner.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -41,7 +42,7 @@ mod firmware {
         REPORT[at].store(value, Ordering::Relaxed);
     }
 
-    /// Bytes of a set from `start` on: the number, then what follows from it.
+    /// Returns bytes of a set from `start` on: the number, then bytes derived from it.
     fn piece(number: u32, start: usize) -> [u8; SHORT] {
         let mut piece = [0; SHORT];
         for (place, byte) in (start..).zip(&mut piece) {

@@ -1,7 +1,7 @@
 //! Raises the pulse pin every millisecond of the board's uptime, each time a little later within a microsecond.
 //!
-//! On a board: see on an oscilloscope that the pulses of two boards drift apart, as their crystals do. The twin compares each
-//! edge with the instant that was asked for.
+//! On two boards an oscilloscope shows the pulses drift apart as the crystals do. The twin compares each edge with the
+//! requested instant.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -34,10 +34,10 @@ mod firmware {
 
     /// Units of a [`FineInstant`] in a millisecond.
     const MILLISECOND: u64 = 1_000 * FineInstant::PER_MICRO;
-    /// Added to each millisecond: every fraction of a microsecond has its turn in 256 pulses.
+    /// Added to each millisecond, so that 256 pulses cover each fraction of a microsecond.
     const SHIFT: u64 = 37;
 
-    /// First instant asked for, in units (low and high word); pulses made; pulses refused.
+    /// First requested instant, in units (low and high word); number of pulses made; number refused.
     // SAFETY: no other symbol of the image has this name.
     #[unsafe(no_mangle)]
     static REPORT: [AtomicU32; 4] = [const { AtomicU32::new(0) }; 4];
@@ -48,7 +48,7 @@ mod firmware {
 
     async fn run(mut pulse: Pulse) -> ! {
         let now = Uptime.now();
-        // Past, now, and too near for a pulse.
+        // Instants that are past, now, and too near for a pulse.
         for at in [now - Duration::from_millis(30_000), now, now + Duration::from_micros(5)] {
             if pulse.at(at.into()).await.is_err() {
                 count(3);

@@ -1,7 +1,7 @@
-//! Checks a board that hangs on no bus, and says each result on its log and the sum by its LEDs.
+//! Checks a board that is connected to no bus. Logs each result, and shows the overall result by the LEDs.
 //!
-//! `cargo xtask selftest` flashes it. Both LEDs on: all is well. Else they blink the number of the first check that failed, pause,
-//! and begin again. Checks 4 to 7 send one frame on each bus.
+//! `cargo xtask selftest` flashes it. Both LEDs on: all checks passed. Otherwise they blink the number of the first
+//! check that failed, pause, and repeat. Checks 4 to 7 send one frame on each bus.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -35,7 +35,7 @@ mod firmware {
     struct Failures(u16);
 
     impl Failures {
-        /// Reports a result; `advice`: what to look at if it is bad.
+        /// Reports a result. `advice`: part to check if the check failed.
         fn note<E: defmt::Format>(&mut self, number: u8, name: &str, advice: &str, result: Result<(), E>) {
             match result {
                 Ok(()) => defmt::info!("{=u8} {=str}: good", number, name),
@@ -46,7 +46,7 @@ mod firmware {
             }
         }
 
-        /// Reports transceiver and capture wire of a bus. Without an echo there is nothing to capture.
+        /// Reports transceiver and capture wire of a bus. Without an echo the capture wire is not checked.
         fn note_line(
             &mut self,
             number: u8,

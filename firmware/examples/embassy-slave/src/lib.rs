@@ -1,4 +1,4 @@
-//! Device and clocks of the slaves on bxCAN. The slave on FDCAN is whole in its file.
+//! Device and clocks of the slaves on bxCAN. The slave on FDCAN is complete in its file.
 
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
@@ -67,7 +67,7 @@ pub struct Samples {
 }
 
 impl Device for Heater {
-    /// A client configures the second ones.
+    /// The second PDOs are configured by a client.
     type Pdos = PdoObjects<2, 2>;
     type Consumers = HeartbeatConsumers<2>;
 
@@ -83,7 +83,7 @@ impl Device for Heater {
 }
 
 impl Heater {
-    /// The heater warms its surroundings at once: 0.1 °C for each percent.
+    /// Sets the temperature from the power: 0.1 °C for each percent, at once.
     pub fn heat(&mut self) {
         self.temperature = 200 + i16::from(self.power);
     }

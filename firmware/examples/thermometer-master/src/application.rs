@@ -1,4 +1,5 @@
-//! The application of the thermometer's master: gives the thermometer its table, checks that it keeps it, reports what it measures.
+//! The application of the thermometer's master: writes the table of the thermometer, checks that it is kept over a
+//! reset, and reports measurements.
 
 use ecss_can::prelude::*;
 use ecss_can::sdo::Error;
@@ -10,7 +11,7 @@ use thermometer::{Alarm, Change, Thermometer};
 
 use crate::{Ground, THERMOMETER, is_kept, write_table};
 
-/// What the application reports: an image logs it, a test keeps it.
+/// Reports of the application: an image logs them, a test collects them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Report {
@@ -22,7 +23,7 @@ pub enum Report {
     TableSaved,
     /// After the reset the table is the same.
     TableKept,
-    /// After the reset the table is another one.
+    /// After the reset the table differs.
     TableLost,
     /// A transfer of the table failed.
     TransferFailed(Error),
@@ -36,7 +37,7 @@ pub async fn application<P: Platform>(
     events: impl EventSource<Event = MasterEvent>,
     report: impl Fn(Report),
 ) {
-    // The thermometer is not Operational.
+    // Signalled when the thermometer leaves Operational.
     let away = Signal::new();
     join(listen(events, &away, &report), calibrate(master, &away, &report)).await;
 }
@@ -75,7 +76,7 @@ async fn calibrate<P: Platform>(
     report(Report::TableSaved);
     away.reset();
     master.reset(THERMOMETER);
-    // Its last known state stays Operational until its boot-up message.
+    // The last known state remains Operational until the boot-up message.
     away.wait().await;
     master.wait_operational(THERMOMETER).await;
     report(match is_kept(thermometer).await {

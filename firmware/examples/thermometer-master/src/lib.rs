@@ -15,7 +15,7 @@ pub use application::{Report, application};
 /// The thermometer's Node-ID.
 pub const THERMOMETER: NodeId = NodeId::of::<3>();
 
-/// What the master has beside the objects of every master: nothing.
+/// Objects of this master besides those of every master: none.
 #[derive(Debug, Objects)]
 #[objects(device)]
 pub struct Ground {}
@@ -31,7 +31,7 @@ impl Device for Ground {
     }
 }
 
-/// Writes the table by block transfer; from now on the thermometer corrects by it, also after a reset.
+/// Writes the table by block transfer. From then on the thermometer uses it for correction, also after a reset.
 ///
 /// # Errors
 /// See [`Error`].
@@ -43,7 +43,7 @@ pub async fn write_table(thermometer: SdoClient<impl Platform, Ground>) -> Resul
     thermometer.save_all().await
 }
 
-/// Whether the table is as it was written.
+/// Returns whether the thermometer still has the table as written.
 ///
 /// # Errors
 /// See [`Error`].
@@ -54,7 +54,7 @@ pub async fn is_kept(thermometer: SdoClient<impl Platform, Ground>) -> Result<bo
     Ok(same && bytes.next().is_none())
 }
 
-/// 1024 corrections: a tenth of a degree more every 64 entries.
+/// Returns 1024 corrections, which rise by a tenth of a degree every 64 entries.
 fn table() -> impl Iterator<Item = u8> {
     (0_i16..1024).flat_map(|entry| (entry / 64).to_le_bytes())
 }

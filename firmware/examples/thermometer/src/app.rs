@@ -35,7 +35,7 @@ async fn main(spawner: Spawner) {
     let slave = || slave(id, board.memory.split_at_mut(2048).0).hardware(board.hardware).build();
     let (slave, events, runners) = RESOURCES.start(slave, board.connection, &DIAGNOSTICS);
     spawn_node(spawner, runners);
-    // The board has taken neither I2C1 nor its pins.
+    // The board uses neither I2C1 nor its pins.
     let i2c = I2c::new(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH5, Irqs, Default::default());
     supervised("application", application(slave, events, Sensor(i2c))).await
 }
@@ -46,7 +46,7 @@ struct Sensor(I2c<'static, Async, i2c::Master>);
 impl Hardware for Sensor {
     async fn temperature(&mut self) -> Option<i16> {
         let mut register = [0; 2];
-        // Lines without a sensor stay low: then no START ever ends.
+        // Without a sensor the lines stay low, and a START never ends.
         let read = self.0.write_read(LM75, &[0], &mut register);
         let read = with_timeout(Duration::from_millis(5), read).await;
         matches!(read, Ok(Ok(()))).then(|| i16::from_be_bytes(register))

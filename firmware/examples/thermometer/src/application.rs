@@ -1,4 +1,4 @@
-//! The application of the thermometer: measures ten times a second, obeys its master and a reset.
+//! The application of the thermometer: measures ten times a second, and executes commands and resets.
 
 use ecss_can::prelude::*;
 use embassy_futures::select::{Either, select};
@@ -7,15 +7,15 @@ use crate::{LM75, Thermometer};
 
 /// The sensor does not answer.
 const NO_SENSOR: DeviceError = DeviceError::new(ErrorCode::HARDWARE, LM75);
-/// Time from one measurement to the next.
+/// Time between measurements.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// What the application needs of its board beside the node. A test has one of its own.
+/// Hardware that the application needs besides the node. A test implements it with a mock.
 pub trait Hardware {
     /// Reads the register Temp of the sensor, in 1/256 °C. `None`: the sensor does not answer.
     fn temperature(&mut self) -> impl Future<Output = Option<i16>>;
 
-    /// Logs a command that was obeyed. `highest` is the highest temperature from now on, in 0.1 °C.
+    /// Logs an executed command. `highest` is the highest temperature from now on, in 0.1 °C.
     fn log_command(&mut self, highest: i16);
 
     /// Resets the chip. On a board it does not return.
@@ -42,7 +42,7 @@ pub async fn application<P: Platform, S: AsRef<[u8]> + AsMut<[u8]> + Default + '
                 SlaveEvent::Pdo(pdo) if pdo.is(Thermometer::<S>::COMMAND_PDO) => {
                     hardware.log_command(slave.update(Thermometer::obey));
                 }
-                // Whoever hears the changes knows from now on.
+                // Sends the present values once, so that receivers of changes have them.
                 SlaveEvent::State(NmtState::Operational) => slave.send(Thermometer::CHANGE),
                 SlaveEvent::ResetNode => hardware.reset(),
                 _ => {}

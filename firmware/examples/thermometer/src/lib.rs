@@ -9,10 +9,10 @@ use ecss_can::prelude::*;
 
 pub use application::{Hardware, application};
 
-/// The numbers of the mission, the same in all its nodes.
+/// Profile of the mission, the same in all its nodes.
 pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT }.checked();
 
-/// Address of its sensor, an LM75 with A2 to A0 at ground.
+/// I2C address of the sensor, an LM75 with A2 to A0 at ground.
 pub const LM75: u8 = 0x48;
 
 /// Relation of the temperature to its limits.
@@ -51,7 +51,7 @@ pub struct Change {
     pub alarm: Alarm,
 }
 
-/// What it has beside the objects of every node. `S` is where its table lies.
+/// Objects of the thermometer besides those of every node. `S` is the memory of its table.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device, check = Thermometer::check_limits)]
 pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'static mut [u8]> {
@@ -121,7 +121,7 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
     pub const CYCLE: Pdo<Self, (i16, i16)> =
         Pdo::new(CobIdOf::node(0x480)).map(Thermometer::TEMPERATURE).map(Thermometer::HIGHEST);
 
-    /// The lower limit stays below the upper one.
+    /// Checks that the lower limit stays below the upper one.
     fn check_limits(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
         let (lower, upper) = match (at.index, value) {
             (0x6010, &[low, high]) => (self.lower, i16::from_le_bytes([low, high])),
@@ -131,7 +131,8 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
         if lower < upper { Ok(()) } else { Err(AbortCode::ParameterIncompatible) }
     }
 
-    /// Takes the sensor's register Temp: two's complement, 1/256 °C (NXP LM75B, 7.4.3); `None` when it did not answer.
+    /// Updates the temperature and the alarm from the sensor's register Temp: two's complement, 1/256 °C (NXP LM75B,
+    /// 7.4.3). `None`: the sensor did not answer.
     pub fn measured(&mut self, register: Option<i16>) {
         let Some(register) = register else {
             (self.temperature, self.alarm) = (i16::MIN, Alarm::NoSensor);
@@ -151,14 +152,14 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
         };
     }
 
-    /// What the table says of a register value; zero where it ends.
+    /// Returns the correction of the table for a register value; zero beyond its end.
     fn correction(&self, register: i16) -> i16 {
         let at = (register >> 6).abs_diff(-512) as usize * 2;
         let entry = self.table.as_bytes().get(at..at + 2);
         entry.and_then(|bytes| bytes.try_into().ok()).map_or(0, i16::from_le_bytes)
     }
 
-    /// Obeys the command that a PDO brought; the highest temperature from now on.
+    /// Executes the command that a PDO wrote. Returns the highest temperature from now on.
     pub fn obey(&mut self) -> i16 {
         if self.command == 1 {
             self.highest = self.temperature;
@@ -167,7 +168,7 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
     }
 }
 
-/// A thermometer, to be built; `memory` holds its table.
+/// Returns the builder of a thermometer; `memory` holds its table.
 pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static>(
     id: NodeId,
     memory: S,
@@ -186,7 +187,8 @@ mod tests {
 
     use super::*;
 
-    /// Register values of the data sheet's table 10 (1900h is 25 °C, E700h -25 °C), and both sides of 85 °C.
+    /// Uses register values of the data sheet's table 10 (1900h is 25 °C, E700h -25 °C), and values on both sides of 85
+    /// °C.
     #[test]
     fn registers_are_temperatures_and_set_the_alarm() {
         let mut thermometer = Thermometer::<[u8; 0]>::default();

@@ -12,9 +12,10 @@ use mission::{CableMeasurement, CommanderObjects, info};
 
 use super::Node;
 
-/// Measurements of cables: [`Application`](super::Application) starts them, a task of its own runs them. An image has it in a static.
+/// Measurements of cables. [`Application`](super::Application) starts them, a separate task runs them. An image holds
+/// this in a static.
 pub struct Cables {
-    /// A slave whose cable is to be measured.
+    /// Slave whose cable is to be measured next.
     wanted: Signal<Raw, NodeId>,
 }
 
@@ -25,7 +26,7 @@ impl Default for Cables {
 }
 
 impl Cables {
-    /// No cable is to be measured.
+    /// Makes an instance without a requested measurement.
     pub const fn new() -> Cables {
         Cables { wanted: Signal::new() }
     }
@@ -39,14 +40,14 @@ impl Cables {
         }
     }
 
-    /// Measures the slave that was named last, for ever.
+    /// Runs for ever: measures the cable to the slave that was requested last.
     pub async fn run<B: MasterBoards>(&self, master: Handle<impl Platform, Node<B>>) -> ! {
         loop {
             let node = self.wanted.wait().await;
             let measured = master.measure_cable(node).await;
             info!("cable to slave {}: {}", node.get(), measured);
             if self.wanted.signaled() {
-                // 6320h names another slave by now: what it shows is to be of that one.
+                // 6320h has been set to another slave: this result must not be shown.
                 continue;
             }
             master.update(|CommanderObjects { cable, .. }| {

@@ -1,4 +1,4 @@
-//! Log of the master's application: changes as they happen, frames at debug level only.
+//! Log messages of the master's application: changes when they happen, frames at debug level only.
 
 use ecss_can::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::emcy::Emergency;
@@ -93,12 +93,12 @@ pub fn event(event: &MasterEvent) {
         },
         MasterEvent::BusStalled { bus } => error!("{} neither joined nor left, trying on", bus),
         MasterEvent::BusFailed { bus } => error!("{} failed: bus-off too often", bus),
-        // It is logged with the bus.
+        // Logged with the bus.
         _ => {}
     }
 }
 
-/// Another role of this board. `bus`: its active bus while it is active.
+/// Logs a change of this board's role. `bus`: active bus, if the board is active.
 pub fn role(RoleChange { role, cause }: RoleChange, bus: Option<Bus>) {
     match bus {
         Some(bus) => warn!("this master board: {} on {} ({})", role, bus, cause),
@@ -113,7 +113,8 @@ pub fn telemetry(node: NodeId, message: &Message) {
     }
 }
 
-/// Against the spacecraft time of the SYNC that the slave answered, once there was one.
+/// Logs the difference between a slave's local time and the spacecraft time of the SYNC that it answered, if there was
+/// one.
 pub fn local_time(node: NodeId, scet: Scet, reference: Option<Scet>) {
     if let Some(reference) = reference {
         debug!("slave {}: clock off by {} us", node.get(), scet.micros_since(reference));

@@ -1,11 +1,12 @@
-//! Whose turn it is: every slave once in a period, each in its own part of it, so that bursts never fill a queue.
+//! Schedule of commands and telemetry requests: each slave has one turn in a period, in a separate part of it, so that
+//! bursts never fill a queue.
 //!
-//! Turns that were missed are skipped, not made up for.
+//! Missed turns are skipped.
 
 use ecss_can::types::{Duration, Instant, NodeId, Periodic};
 use mission::{SLAVES, slot};
 
-/// The slave with the first turn.
+/// Node-ID of the slave with the first turn.
 const FIRST: u8 = 2;
 
 /// The turn of one slave.
@@ -19,7 +20,7 @@ pub struct Turn {
     pub count: u32,
 }
 
-/// Turns of the slaves that take part.
+/// Turns of the participating slaves.
 pub struct Schedule {
     period: Duration,
     turns: [Periodic; SLAVES],
@@ -28,7 +29,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Nobody takes part yet.
+    /// Makes a schedule without slaves.
     pub fn new(period: Duration) -> Self {
         Schedule {
             period,
@@ -38,7 +39,7 @@ impl Schedule {
         }
     }
 
-    /// A slave takes part from now on. One that straps cannot number never does.
+    /// Adds a slave to the schedule. A Node-ID that straps cannot set is ignored.
     pub fn start(&mut self, node: NodeId, now: Instant) {
         let Some(slot) = slot(node) else { return };
         let period = self.period.as_micros().max(1);
@@ -51,7 +52,7 @@ impl Schedule {
         }
     }
 
-    /// It does not any more.
+    /// Removes a slave from the schedule.
     pub fn stop(&mut self, node: NodeId) {
         if let Some(turns) = slot(node).and_then(|slot| self.turns.get_mut(slot)) {
             turns.stop();
@@ -59,7 +60,7 @@ impl Schedule {
         }
     }
 
-    /// The next turn.
+    /// Returns the next turn.
     pub fn next(&self) -> Option<Turn> {
         self.next
     }
@@ -71,7 +72,7 @@ impl Schedule {
         self.next = turns.min_by_key(|turn| turn.at);
     }
 
-    /// A turn is taken at `now`; how many of that slave were missed before it.
+    /// Completes a turn at `now`. Returns the number of turns of that slave that were missed before it.
     pub fn taken(&mut self, turn: Turn, now: Instant) -> u64 {
         let Some(slot) = slot(turn.node) else { return 0 };
         if let Some(count) = self.counts.get_mut(slot) {

@@ -1,4 +1,4 @@
-//! What a program prints: a line for each thing that happens, with its virtual time.
+//! Output of a program: a line for each event, with its virtual time.
 
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
@@ -28,29 +28,29 @@ struct Screen {
 }
 
 impl Console {
-    /// Makes the console of a run of `seconds`, zero for one without end. Messages of applications go to it from now on.
+    /// Makes the console of a run of `seconds`; zero: without end. From now on it prints the messages of applications.
     pub(super) fn start(seconds: u32) -> Console {
         let screen =
             Screen { time: AtomicU64::new(0), progress: progress(seconds), failure: OnceLock::new() };
         let console = Console(Arc::new(screen));
-        // Another logger was set before: that one has the messages.
+        // Fails if another logger was set before; that one receives the messages.
         if log::set_logger(Box::leak(Box::new(console.clone()))).is_ok() {
             log::set_max_level(LevelFilter::Info);
         }
         console
     }
 
-    /// Prints what `source` does: a node, a bus or a part of a board.
+    /// Prints an event of `source`: a node, a bus or a part of a board.
     pub fn line(&self, source: &str, text: impl Display) {
         let us = self.time().as_micros();
         self.raw(format_args!("{:>5}.{:06}  {source:<10}  {text}", us / 1_000_000, us % 1_000_000));
     }
 
-    /// Prints a line as it is.
+    /// Prints a line without time and source.
     pub(super) fn raw(&self, line: impl Display) {
         let printed = self.0.progress.suspend(|| writeln!(io::stdout().lock(), "{line}"));
         if let Err(error) = printed {
-            // The first failure ends the run; others follow from it.
+            // The first failure ends the run; later ones are consequences.
             let _ = self.0.failure.set(error);
         }
     }
@@ -87,7 +87,7 @@ impl Log for Console {
 
     fn log(&self, record: &Record<'_>) {
         if self.enabled(record.metadata()) {
-            // The crate of the application has the name of its node.
+            // The crate of the application is named after its node.
             let node = record.target().split("::").next().unwrap_or_default();
             self.line(node, format_args!("{:<5} {}", record.level(), record.args()));
         }
@@ -96,7 +96,7 @@ impl Log for Console {
     fn flush(&self) {}
 }
 
-/// A bar, or a spinner for a run without end; only on a terminal.
+/// Makes a progress bar, or a spinner for a run without end; visible only on a terminal.
 fn progress(seconds: u32) -> ProgressBar {
     let (bar, template) = match seconds {
         0 => (ProgressBar::new_spinner(), "{spinner} {pos} ms of virtual time, {elapsed} on this computer"),

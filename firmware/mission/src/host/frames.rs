@@ -1,4 +1,4 @@
-//! Frames as lines: all as candump prints them, or those of interest in words.
+//! Prints frames: all in the format of candump, or a selection as text.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use ecss_can::{heartbeat, types::NodeId};
 use super::Console;
 use crate::{Command, Message, Telemetry};
 
-/// How often frames of one COB-ID on one bus have a line, at most.
+/// Least time between lines of one COB-ID on one bus.
 const PERIOD: Duration = Duration::from_millis(1_000);
 
 /// Prints frames.
@@ -19,22 +19,22 @@ pub struct Frames {
     shown: HashMap<(Bus, CobId), Shown>,
 }
 
-/// The last frame of a COB-ID that has a line.
+/// The last printed frame of a COB-ID.
 #[derive(Clone, Copy, Debug)]
 struct Shown {
     at: Instant,
-    /// State of a heartbeat.
+    /// NMT state, if it is a heartbeat.
     state: Option<NmtState>,
 }
 
 impl Frames {
-    /// Prints every frame as candump does, or those of interest in words.
+    /// Makes a printer of every frame in the format of candump, or of a selection as text.
     pub fn new(is_candump: bool) -> Frames {
         Frames { is_candump, shown: HashMap::new() }
     }
 
-    /// Prints a frame if it is of interest: the first of its COB-ID on its bus within a second, or a heartbeat with
-    /// another state than the one before.
+    /// Prints a frame if it is selected: the first of its COB-ID on its bus within a second, or a heartbeat whose state
+    /// differs from the one before.
     pub fn show(&mut self, console: &Console, sent: &SentFrame) {
         let SentFrame { at, bus, frame } = sent;
         if self.is_candump {
@@ -67,7 +67,7 @@ fn state(frame: &Frame) -> Option<NmtState> {
     (frame.id().raw() > 0x700).then(|| heartbeat::decode(frame)).flatten()
 }
 
-/// What a heartbeat, a SYNC, a command or telemetry of the mission says. `None` for other frames.
+/// Describes a heartbeat, a SYNC, a command or telemetry of the mission. Returns `None` for other frames.
 fn describe(frame: &Frame) -> Option<String> {
     let (id, node) = (frame.id().raw(), frame.id().node().map(NodeId::get));
     match (id & 0x780, node) {

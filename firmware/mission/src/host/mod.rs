@@ -1,7 +1,7 @@
 //! Programs that run a shipped application on a computer, in a mock spacecraft (feature `host`).
 //!
 //! Such a program powers on a few nodes of a [`MockSpacecraft`] and gives one of them its application. [`run`] does the
-//! rest: options, virtual time, the cut of the nominal bus, and a line for all that happens.
+//! rest: options, virtual time, the cut of the nominal bus, and a line for each event.
 //!
 //! ```no_run
 //! use mission::{PROFILE, host};
@@ -40,11 +40,11 @@ use options::Options;
 
 /// Ctrl-C: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;
-/// Longest pause before the program looks for Ctrl-C again.
+/// Longest pause between two checks for Ctrl-C.
 const PAUSE: time::Duration = time::Duration::from_millis(50);
 
-/// Runs a spacecraft as the command line says. `about` is the first line of the help; `power_on` makes the nodes and
-/// their applications.
+/// Runs a spacecraft with the options of the command line. `about` is the first line of the help; `power_on` makes the
+/// nodes and their applications.
 ///
 /// Returns the exit code: 0 at the end of the run, 1 when something failed, 130 after Ctrl-C, 141 when the reader of
 /// stdout has left. A wrong command line ends the program with 2.

@@ -8,7 +8,7 @@ const LONGEST: u32 = 86_400;
 const EXIT_CODES: &str = "Exit codes: 0 end of the run, 1 something failed, 2 wrong command line, 130 Ctrl-C, 141 the reader of \
     stdout has left.\nTo flash a board: cargo slave, cargo minimal, cargo master. The images on emulated boards: cargo demo.";
 
-/// How a spacecraft runs.
+/// Options of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Parser)]
 #[command(version, after_help = EXIT_CODES)]
 pub struct Options {
@@ -16,32 +16,33 @@ pub struct Options {
     #[arg(long, value_name = "N", default_value_t = 10, allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: u32,
 
-    /// Virtual second at which the nominal bus is cut; a run that ends before has no cut [0..86400]
+    /// Virtual second at which the nominal bus is cut; a shorter run has no cut [0..86400]
     #[arg(long, value_name = "N", default_value_t = 4, allow_negative_numbers = true, value_parser = seconds)]
     pub cut_at: u32,
 
-    /// Print every frame as candump does. Without: heartbeats, SYNC, commands and telemetry, of each at most one a second
+    /// Print every frame in the format of candump. Default: heartbeats, SYNC, commands and telemetry, each at most once
+    /// a second
     #[arg(long)]
     pub frames: bool,
 
-    /// Run as fast as a clock on the wall. Without: as fast as this computer can
+    /// Run in real time. Default: as fast as this computer can
     #[arg(long)]
     pub real_time: bool,
 }
 
 impl Options {
-    /// Reads the command line. A wrong one, `--help` and `--version` end the program.
+    /// Reads the command line. An invalid one, `--help` and `--version` end the program.
     pub fn parse(about: &'static str) -> Options {
         let matches = Options::command().about(about).get_matches();
         Options::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
     }
 
-    /// End of the run.
+    /// Returns the end of the run.
     pub fn end(&self) -> Instant {
         if self.seconds == 0 { Instant::NEVER } else { second(self.seconds) }
     }
 
-    /// Instant of the cut.
+    /// Returns the instant of the cut.
     pub fn cut(&self) -> Instant {
         second(self.cut_at)
     }

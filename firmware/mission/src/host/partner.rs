@@ -1,4 +1,4 @@
-//! Plain nodes of the mission, the partners of an application under way.
+//! Plain nodes of the mission, the partners of an application in a run.
 
 use ecss_can::mock::MockSpacecraft;
 use ecss_can::node::{MasterEvent, SlaveEvent};
@@ -20,8 +20,8 @@ pub fn memory() -> &'static mut [u8] {
     Box::leak(Box::new([0; STORE]))
 }
 
-/// Powers on a master that each second sends node `to` a command and a telemetry request. Changes of its bus have lines
-/// on the console.
+/// Powers on a master that each second sends node `to` a command and a telemetry request. The console prints changes of
+/// its bus.
 pub fn master(spacecraft: &mut MockSpacecraft, profile: &Profile, to: NodeId, console: &Console) {
     let (master, mut events) = spacecraft.power_on(|| crate::master(profile).build());
     spacecraft.spawn(async move {
@@ -29,7 +29,7 @@ pub fn master(spacecraft: &mut MockSpacecraft, profile: &Profile, to: NodeId, co
         for (turn, asked) in (1_u32..).zip(Request::ALL.into_iter().cycle()) {
             master.wait_until(Instant::ZERO + PERIOD.times(turn)).await;
             let step = sequence.step(master.now());
-            // A slave that is not operational gets neither.
+            // A slave that is not operational receives neither.
             let commanded = step.map_or(Ok(()), |step| {
                 let message = Command::SetLed(turn % 2 == 1).encode(step);
                 master.send_to(to, TELECOMMAND, message.telecommand())

@@ -9,7 +9,7 @@ use ecss_can::types::{CobId, Duration, NodeId};
 
 use super::MinimalMission;
 
-/// Objects of a minimal slave of the mission. All are as they are hard-coded.
+/// Objects of a minimal slave of the mission. All values are hard-coded.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct MinimalObjects {
     /// Device type
@@ -70,7 +70,7 @@ pub struct MinimalObjects {
     pub request: [u8; 8],
 }
 
-/// Communication parameters of a PDO that nothing changes (ECSS Tables 9-3 to 9-6).
+/// Constant communication parameters of a PDO (ECSS Tables 9-3 to 9-6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x20)]
 pub struct FixedPdo {
@@ -84,7 +84,7 @@ pub struct FixedPdo {
     pub transmission: u8,
 }
 
-/// What a SYNC brings.
+/// Content of the PDO that follows a SYNC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct CyclicState {
     /// Commands executed
@@ -95,7 +95,7 @@ pub struct CyclicState {
     pub led: u8,
 }
 
-/// What a request brings.
+/// Content of the PDO that answers a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct MinimalTelemetry {
     /// Code
@@ -121,14 +121,14 @@ pub struct MinimalMessage {
 
 const _: () = assert_minimal::<MinimalObjects>(&MinimalMission::PDOS);
 
-/// Bits of the COB-ID of a PDO: not in use, no remote frames.
+/// Bit of a PDO's COB-ID: not in use.
 const NOT_IN_USE: u32 = 1 << 31;
 const NO_REMOTE: u32 = 1 << 30;
-/// Transmission type of a PDO that goes on an event.
+/// Transmission type of an event-driven PDO.
 const ON_EVENT: u8 = 254;
 
 impl MinimalObjects {
-    /// As they are hard-coded in node `id` with this profile.
+    /// Returns the hard-coded values of node `id` with this profile.
     pub fn new(id: NodeId, profile: &Profile) -> MinimalObjects {
         let mut all = MinimalObjects::default();
         (all.consumer_heartbeat, all.producer_heartbeat) = consumer(id, profile);
@@ -148,7 +148,7 @@ impl MinimalObjects {
     }
 }
 
-/// 1016h for the heartbeat of the master, and 1017h.
+/// Returns 1016h for the heartbeat of the master, and 1017h.
 pub(super) fn consumer(id: NodeId, profile: &Profile) -> ([u32; 1], u16) {
     let milliseconds = |time: Duration| time.as_millis();
     let redundancy = profile.minimal_redundancy(id);
@@ -160,7 +160,7 @@ pub(super) fn identity(id: NodeId) -> Identity {
     Identity { vendor: 0, product: 0x9015, revision: 1 << 16, serial: id.get().into() }
 }
 
-/// Communication parameters of receive and transmit PDOs.
+/// Returns the communication parameters of receive and transmit PDOs.
 pub(super) fn parameters(pdos: &MinimalPdos, id: NodeId) -> ([FixedPdo; 4], [FixedPdo; 4]) {
     let sent = |pdo: MinimalTpdo| (pdo.cob_id.of(id), pdo.trigger.transmission_type());
     (

@@ -4,14 +4,15 @@
 //! | --- | --- | --- |
 //! | RPDO 1 | 181h | spacecraft time: fine time (3 bytes), coarse time (4) |
 //! | RPDO 2 | 300h + node | command: code (2 bytes), data (0 to 6) |
-//! | RPDO 3 | 400h + node | telemetry request: code (2 bytes), data (0 to 6), which means nothing |
+//! | RPDO 3 | 400h + node | telemetry request: code (2 bytes), data (0 to 6), which is ignored |
 //! | RPDO 4 | 500h + node | command and request in one: keep these bytes, send those kept before |
 //! | TPDO 1 | 180h + node | with every SYNC: local time at the end of that SYNC |
 //! | TPDO 3 | 380h + node | telemetry: code of the request (2 bytes), data (6) |
 //! | TPDO 4 | 480h + node | the bytes kept before |
 //!
-//! RPDO 1 differs from Table 9-4 of the standard, which has 200h + node. A command has no sequence: one that CAN delivers twice is
-//! executed twice. The last byte of its data, the sequence of other slaves of the mission, means nothing.
+//! RPDO 1 differs from Table 9-4 of the standard, which has 200h + node. A command has no sequence: one that CAN
+//! delivers twice is executed twice. The last byte of its data, which is the sequence for other slaves of the mission,
+//! is ignored.
 
 mod objects;
 
@@ -25,16 +26,17 @@ use crate::{Command, Message, Request, SlaveRecord, Telemetry};
 
 pub use objects::PrototypeObjects;
 
-/// Numbers of PDOs, from zero.
+/// Index of a PDO, from zero.
 const TIME: usize = 0;
 const COMMAND: usize = 1;
 const REQUEST: usize = 2;
 const TELEMETRY: usize = 2;
 const KEPT: usize = 3;
 
-/// What the prototype sends for every request, as the listing of its slave has it.
+/// Data that the prototype sends for every request, from the listing of its slave.
 const DUMMY: [u8; Message::DATA] = [0x11, 0x22, 0x33, 0x44, 0x55, 0x66];
-/// The spacecraft time is that of a SYNC that ended no longer before it; without one it is that of its own end.
+/// Longest time from the end of a SYNC to the spacecraft time that belongs to it. Without such a SYNC the time is that
+/// of the end of its own frame.
 const OF_SYNC: Duration = Duration::from_millis(500);
 
 /// The device of a minimal slave in profile `librecube`.
@@ -45,10 +47,10 @@ pub struct PrototypeMission {
     clock: Clock,
 }
 
-/// Local time: it runs from power-on and is set by the master.
+/// Local time. It runs from power-on and is set by the master.
 #[derive(Clone, Copy, Debug)]
 struct Clock {
-    /// The time at an instant.
+    /// Local time at `at`.
     scet: Scet,
     at: Instant,
     last_sync: Option<Instant>,
@@ -60,29 +62,29 @@ impl Clock {
         (self.scet, self.at) = (scet, of_sync.unwrap_or(received));
     }
 
-    /// The time at an instant, which is not before it was set.
+    /// Returns the time at an instant, which must not be before the time was set.
     fn time(&self, at: Instant) -> Scet {
         self.scet.plus(at.since(self.at))
     }
 }
 
 impl PrototypeMission {
-    /// At power-on.
+    /// Makes the device at power-on.
     pub const fn new() -> PrototypeMission {
         let clock = Clock { scet: Scet::from_units(0), at: Instant::ZERO, last_sync: None };
         PrototypeMission { record: SlaveRecord::new(), kept: Payload::new(), clock }
     }
 
     fn on_command(&mut self, message: &Message) {
-        // It follows the master, and takes no other orders for its bus.
+        // `SelectBus` is not executed: the bus follows the master.
         let is_taken = !matches!(Command::decode(message), None | Some(Command::SelectBus(_)));
         if is_taken && self.record.execute(message).is_ok() {
             COUNTERS.commands.count();
         }
     }
 
-    /// Codes of the mission that this device knows have their value, those of other slaves no answer, all others that of the
-    /// prototype.
+    /// Returns the answer to a request: the value for codes of the mission that this device supports, `None` for those
+    /// of other slaves, and the prototype's data for all other codes.
     fn answer(&self, code: u16, at: Instant) -> Option<Message> {
         let telemetry = match Request::decode(&Message::of(code, [])) {
             None => return Some(Message::new(code, DUMMY)),
@@ -147,7 +149,7 @@ impl MinimalDevice for PrototypeMission {
         }
     }
 
-    /// Only the local time goes with SYNC.
+    /// Returns the local time, the only PDO that follows SYNC.
     fn on_sync(&mut self, _number: usize, at: Instant) -> Option<Payload> {
         self.clock.last_sync = Some(at);
         Payload::from_slice(&self.clock.time(at).encode()).ok()

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-/// The features of the manifest that choose a profile or a bit rate.
+/// Returns the features of the manifest that choose a profile or a bit rate.
 fn choices() -> (Vec<&'static str>, Vec<&'static str>) {
     let features =
         include_str!("../../Cargo.toml").split("[features]").nth(1).unwrap().split("\n[").next().unwrap();
@@ -62,8 +62,8 @@ fn a_profile_and_a_bit_rate_compile_together() {
 const BIT_RATES: &str = "#[allow(nonstandard_style)] pub enum BitRate { KBIT_10 = 10, KBIT_20 = 20, KBIT_50 = 50, \
     KBIT_125 = 125, KBIT_250 = 250, KBIT_500 = 500, MBIT_1 = 1_000 }";
 
-/// Given the feature of each bit rate, or none, when the choice of the bit rate is compiled with it, then images run at this rate: at
-/// all of the standard, beside the slower ones.
+/// Given the feature of each bit rate, or none, when the choice of the bit rate is compiled with it, then images run at
+/// this rate. The choice offers all rates of the standard and the slower ones.
 ///
 /// Verifies: ECSS 5.4.2b, 5.4.2a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3
 /// Notices: ECSS 5.4.2b: images for 250 kbit/s run at 500 kbit/s.

@@ -26,7 +26,7 @@ fn a_message_that_is_shorter_is_malformed() {
     assert_eq!(Message::decode(&frame(0x302, &[1, 2, 3, 4, 5, 6, 7])), None);
 }
 
-/// Data bytes, and zeros behind them.
+/// Pads data bytes with zeros.
 fn padded<const N: usize>(data: &[u8]) -> [u8; N] {
     let mut all = [0; N];
     all[..data.len()].copy_from_slice(data);

@@ -21,7 +21,7 @@ fn ms(time: Duration) -> String {
     thousands(time.as_millis())
 }
 
-/// A number with a comma before each three digits.
+/// Formats a number with a comma between groups of three digits.
 fn thousands(number: u64) -> String {
     match number {
         0..1_000 => number.to_string(),
@@ -33,7 +33,7 @@ fn yes(is: bool) -> String {
     if is { "yes" } else { "no" }.to_owned()
 }
 
-/// The parts of a list; "none" if it is empty.
+/// Formats the parts of a list; "none" if it is empty.
 fn list<T>(parts: &[T], part: impl Fn(&T) -> String) -> String {
     match parts {
         [] => "none".to_owned(),
@@ -49,7 +49,7 @@ fn cob_id(id: CobId) -> String {
     format!("{:03X}h", id.raw())
 }
 
-/// A rate has no accessors: it is one of these, or the table needs another one.
+/// Formats a rate. A rate has no accessors, so it is found in a list; a new one has to be added there.
 fn rate(rate: Rate) -> String {
     let known = [(128, 1_000), (256, 2_000), (512, 3_000), (1_024, 6_000)];
     let same = known.into_iter().find(|(burst, per_second)| Rate::new(*burst, *per_second) == rate);
@@ -57,7 +57,7 @@ fn rate(rate: Rate) -> String {
     format!("{} / {}", thousands(u64::from(burst)), thousands(u64::from(per_second)))
 }
 
-/// No `..`: a new field does not compile until it has a row.
+/// Returns the values of a profile. The pattern has no `..`, so a new field does not compile until it has a row.
 fn values(profile: &Profile) -> Values {
     let Profile {
         name: _,

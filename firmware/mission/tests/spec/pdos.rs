@@ -1,4 +1,4 @@
-//! Objects and PDOs: what the master sends a slave hears, and the other way round.
+//! Objects and PDOs: slaves receive what the master sends, and the other way round.
 
 use ecss_can::link::Stamp;
 use ecss_can::node::extend::{BusCommand, LinkEvent};
@@ -19,7 +19,7 @@ use crate::{frame, ms, node};
 type Commander = Master<CommanderObjects>;
 type Obeyer = Slave<MissionObjects<Vec<u8>>>;
 
-/// A node at a desk: frames of the nominal bus in and out.
+/// A node under test: frames of the nominal bus in and out.
 struct Desk<N: Node> {
     node: N,
     out: Outbox<N::Event, N::Depth>,
@@ -41,7 +41,7 @@ impl<N: Node> Desk<N> {
         );
     }
 
-    /// Frames sent since the last time, those that are due included.
+    /// Returns the frames sent since the last call, including those that are due.
     fn sent(&mut self) -> Vec<Frame> {
         self.node.poll(&mut Turn::new(ms(1), &mut self.out));
         let commands = std::iter::from_fn(|| self.out.pop_command());
@@ -57,7 +57,7 @@ impl<N: Node> Desk<N> {
     }
 }
 
-/// A master whose heartbeat was acknowledged, and that has heard slave 3 in Operational.
+/// Returns a master whose heartbeat was acknowledged, and that has received Operational from slave 3.
 fn flying() -> Desk<Commander> {
     let mut desk = Desk::new(master(&STANDARD).build());
     let event = LinkEvent::Transmitted { frame: frame(0x701, &[5]), stamp: Stamp::interrupt(Instant::ZERO) };
@@ -122,8 +122,8 @@ fn telemetry_answers_a_request() {
     assert_eq!(received(&pdo), Some((node(3), Received::Telemetry(message))));
 }
 
-/// Given the master of the mission, then it sends a telecommand and a telemetry request at once and once, also two of them to one slave in
-/// one instant.
+/// Given the master of the mission, then it sends each telecommand and telemetry request immediately and once, also two
+/// of them to one slave at the same instant.
 ///
 /// Verifies: ECSS 9.4.1d
 /// Notices: ECSS 9.4.1d: telecommands of the master have an inhibit time of 10 ms.
@@ -141,12 +141,13 @@ fn the_master_delays_no_command_and_no_request_and_repeats_none() {
     }
 }
 
-/// Objects of a PDO of the time in the order of Figure 7-1: fine time, then coarse time, of the object with this index.
+/// Returns the mapping of a time PDO in the order of Figure 7-1: fine time, then coarse time, of the object with this
+/// index.
 fn figure_7_1(index: u32) -> [u32; 2] {
     [index << 16 | 0x0218, index << 16 | 0x0120]
 }
 
-/// COB-IDs of the transmit PDOs that carry the local time, 2011h.
+/// Returns the COB-IDs of the transmit PDOs that carry the local time, 2011h.
 fn times(objects: &PdoObjects<8, 8>) -> Vec<u32> {
     let pdos = objects.tpdos.iter().zip(&objects.tpdo_mappings);
     let of_time = pdos.filter(|(_, mapping)| mapping.objects().iter().any(|object| object >> 16 == 0x2011));
@@ -216,9 +217,9 @@ fn each_slave_has_one_local_time_pdo() {
     }
 }
 
-/// Given SYNC every 100 ms and a time every second, when ten SYNCs went out, then the last one alone is followed by 181h, which sets
-/// the clock of a slave to the time at that SYNC. The slave answers a SYNC with its local time. TIME of CANopen, 100h, is neither
-/// sent nor taken.
+/// Given SYNC every 100 ms and a time every second, when ten SYNCs were sent, then only the last one is followed by
+/// 181h, which sets the clock of a slave to the time at that SYNC. The slave answers a SYNC with its local time. TIME
+/// of CANopen, 100h, is neither sent nor accepted.
 ///
 /// Verifies: ECSS 7.2.3b, 7.2.3e, 7.2.3f, 7.2.3i, 9.4.7.1b
 /// Notices: ECSS 7.2.3e: the master sends the time by type 255.
@@ -250,8 +251,8 @@ fn time_of_the_master_reaches_a_slave_by_its_pdo_alone() {
     assert_eq!(slave.node.scet(ms(1)), time);
 }
 
-/// Given SYNC every 100 ms, when the time is to go out every minute or every 50 ms, then its type is 240 or 1: the longest and the
-/// shortest cycle that there is.
+/// Given SYNC every 100 ms, when the time is to be sent every minute or every 50 ms, then its transmission type is 240
+/// or 1: the longest and the shortest cycle.
 ///
 /// Verifies: ECSS 7.2.3e
 /// Notices: ECSS 7.2.3e: a time period of more than 240 SYNCs gives a type above 240.
@@ -304,8 +305,8 @@ fn the_master_consumes_the_heartbeat_of_every_slave() {
     }
 }
 
-/// A receive PDO changes a value; that a service has to follow, the node learns from an SDO. Objects that may come by PDO
-/// are the application's, which hears of each, and the time, which sets the clock.
+/// Only SDO writes reconfigure a service; a receive PDO just changes a value. Therefore only objects of the
+/// application, which gets an event for each, and the time, which sets the clock, may be mapped into a receive PDO.
 ///
 /// Verifies: ECSS 7.2.2c
 #[test]
@@ -320,7 +321,8 @@ fn what_a_service_has_to_follow_does_not_come_by_pdo() {
     assert_eq!(by_pdo, [0x2010, 0x6101, 0x6200, 0x6210]);
 }
 
-/// What an SDO client reads at the node with this Node-ID: command byte and value of the expedited answer.
+/// Reads an object as an SDO client at the node with this Node-ID. Returns command byte and value of the expedited
+/// response.
 fn read<N: Node>(desk: &mut Desk<N>, id: u16, (index, sub): (u16, u8)) -> (u8, u32) {
     let [low, high] = index.to_le_bytes();
     desk.sent();

@@ -82,8 +82,8 @@ fn a_repeated_command_is_executed_once() {
     assert_eq!(reactions, [led, Reaction::Repeated(1), Reaction::Repeated(1), led]);
 }
 
-/// Given commands with an unknown code, an LED that is neither on nor off, and a bus that is none, then the slave executes none of
-/// them and logs each.
+/// Given commands with an unknown code, an invalid LED state, and an invalid bus, then the slave executes none of them
+/// and logs each.
 #[test]
 fn unknown_commands_are_refused_and_logged() {
     let mut world = running(STANDARD, 1);

@@ -1,4 +1,4 @@
-//! What lines of the log say.
+//! Meaning of log lines.
 
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId};
@@ -6,7 +6,7 @@ use host_worlds::NodeKey;
 
 use crate::scene::News;
 
-/// The meaning of a line of the log; `None` for what is no change of state.
+/// Returns the change of state in a log line; `None` if there is none.
 pub fn news(key: NodeKey, text: &str) -> Option<News> {
     let is_master = key.node() == NodeId::MASTER;
     if text.contains(" starts, profile") {
@@ -29,7 +29,7 @@ pub fn news(key: NodeKey, text: &str) -> Option<News> {
     })
 }
 
-/// "redundant, no longer nominal (Isolated)".
+/// Parses "redundant, no longer nominal (Isolated)".
 fn switched(text: &str) -> Option<News> {
     let (to, rest) = text.split_once(", no longer ")?;
     let (from, cause) = rest.trim_end_matches(')').split_once(" (")?;
@@ -37,12 +37,12 @@ fn switched(text: &str) -> Option<News> {
     Some(News::Switched { from, to, cause: named(&CAUSES, cause)? })
 }
 
-/// The bus of "Active on Nominal (Alone)"; `None` for another role.
+/// Returns the bus of "Active on Nominal (Alone)"; `None` for another role.
 fn taken_over(text: &str) -> Option<Bus> {
     named(&Bus::ALL, text.strip_prefix("Active on ")?.split(' ').next()?)
 }
 
-/// The value that is called like that, in capitals or not, with hyphens or not.
+/// Returns the value with this name; case and hyphens are ignored.
 fn named<T: Copy + std::fmt::Debug>(all: &[T], name: &str) -> Option<T> {
     let plain = |text: &str| text.to_lowercase().replace(['-', ' '], "");
     all.iter().copied().find(|value| plain(&format!("{value:?}")) == plain(name))

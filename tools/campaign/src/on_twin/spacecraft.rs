@@ -1,4 +1,4 @@
-//! The boards of a script: images, straps, places on the cable.
+//! The boards of a script: images, straps, positions on the cable.
 
 use std::sync::{Arc, LazyLock, OnceLock};
 
@@ -17,7 +17,7 @@ use super::there;
 use crate::script::{SPACING, SPARE, Script};
 
 static BOARD: LazyLock<Board> = LazyLock::new(|| Board::shipped(Board::DEFAULT));
-/// Crystals are at most so many parts per million off.
+/// Greatest error of a crystal in parts per million.
 const CRYSTAL_PPM: f64 = 50.0;
 /// Boards get power within the first 50 ms.
 const POWER_ON_WITHIN_US: u64 = 50_000;
@@ -28,15 +28,15 @@ type Images = [Arc<Image>; 2];
 static ONE_MASTER: OnceLock<Images> = OnceLock::new();
 static TWO_MASTERS: OnceLock<Images> = OnceLock::new();
 
-/// The images for this number of masters, and their profile.
+/// Returns the images for this number of masters, and their profile.
 fn images(masters: u8) -> (&'static OnceLock<Images>, Profile) {
     if masters == 1 { (&ONE_MASTER, Profile::Standard) } else { (&TWO_MASTERS, Profile::Standby) }
 }
 
-/// Builds the images for scripts with this number of masters, or takes those that were built last.
+/// Builds the images for scripts with this number of masters, or uses those that were built last.
 ///
 /// # Errors
-/// When they cannot be built or read, or were not built before and are not to be.
+/// When they cannot be built or read, or with `build` false were not built before.
 pub fn prepare(masters: u8, build: bool) -> anyhow::Result<()> {
     let (prepared, profile) = images(masters);
     let built = fleet::built(&BOARD, profile, !build)?;
@@ -45,8 +45,8 @@ pub fn prepare(masters: u8, build: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The spacecraft of a script, and a guest of each bus that is away. Node n is board n - 1, the second master board is the last
-/// one.
+/// Returns the spacecraft of a script, and an inactive guest of each bus. Node n is board n - 1, the second master
+/// board is the last one.
 ///
 /// # Panics
 /// Without [`prepare`] for this number of masters before.

@@ -1,4 +1,4 @@
-//! What a board executes, and whether it runs at all.
+//! Commands executed by a board, and its failures.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -7,26 +7,26 @@ use firmware_images::support::counters::Counters;
 use host_worlds::NodeKey;
 use twin::board::{EmulatedBoard, State};
 
-/// A command with the bytes of the last one is another one after so long: its lifetime.
+/// Lifetime of a command. After it equal bytes are a new command.
 const LIFETIME: Time = Time::from_ms(100);
 
-/// A board as the campaign follows it.
+/// State of a board for the campaign.
 pub struct Watched {
     pub key: NodeKey,
     pub is_powered: bool,
-    /// Panics and lock-ups.
+    /// Number of panics and lock-ups.
     failures: u64,
     has_stopped: bool,
-    /// Commands that it executed since its reset.
+    /// Number of commands executed since its reset.
     executed: u32,
-    /// Commands that reached it and may be executed yet.
+    /// Number of received commands that may still be executed.
     pending: u32,
-    /// The last one, and when.
+    /// The last command and its instant.
     last: Option<(WireFrame, Time)>,
 }
 
 impl Watched {
-    /// A board with power.
+    /// Makes the state of a board with power.
     pub fn new(key: NodeKey) -> Watched {
         Watched {
             key,
@@ -39,19 +39,19 @@ impl Watched {
         }
     }
 
-    /// A board that starts has forgotten the last command.
+    /// Handles a start of the board: it has no last command.
     pub fn on_start(&mut self) {
         self.last = None;
     }
 
-    /// A command reached it. A repeat of the last one is not to be executed.
+    /// Handles a received command. A repeat of the last one must not be executed.
     pub fn on_command(&mut self, frame: &WireFrame, at: Time) {
         let is_repeat = self.last.is_some_and(|(last, then)| last == *frame && at <= then + LIFETIME);
         self.pending += u32::from(!is_repeat);
         self.last = Some((*frame, at));
     }
 
-    /// Violations since the last look: panics, a stop, commands that were executed more often than they came.
+    /// Returns violations since the last call: panics, a stop, commands executed more often than received.
     pub fn look(&mut self, board: &EmulatedBoard, at: Time) -> Vec<String> {
         let at = at.as_us();
         let name = &board.config().name;
@@ -74,7 +74,7 @@ impl Watched {
             if new > self.pending {
                 wrongs.push(format!("{name} executed {new} of {} commands, {at} us", self.pending));
             }
-            // One may be between the wire and the application.
+            // One command may be between the wire and the application.
             self.pending = self.pending.saturating_sub(new).min(1);
         }
         wrongs

@@ -68,7 +68,7 @@ impl fmt::Display for Fault {
 const OF_RUN: [&str; 6] = ["seed", "masters", "slaves", "selective", "assigned", "length"];
 const OF_FAULT: [&str; 9] = ["at", "lasts", "bus", "node", "place", "value", "times", "every", "in_frame"];
 
-/// Pairs of a line behind its first word.
+/// Key-value pairs of a line, after its first word.
 struct Pairs<'a> {
     line: &'a str,
     pairs: Vec<(&'a str, &'a str)>,
@@ -96,7 +96,7 @@ impl<'a> Pairs<'a> {
         self.pairs.iter().find(|(name, _)| *name == key).map(|(_, value)| *value)
     }
 
-    /// A number up to `most`; 0 where it is missing.
+    /// Returns a number up to `most`; 0 if it is missing.
     fn number(&self, key: &str, most: u64) -> Result<u64, String> {
         let text = self.text(key).unwrap_or("0");
         let value = text.parse().ok().filter(|value| *value <= most);
@@ -104,7 +104,7 @@ impl<'a> Pairs<'a> {
     }
 }
 
-/// An hour: longer runs are mistakes.
+/// Longest run, an hour, in microseconds.
 const HOUR_US: u64 = 3_600 * SECOND;
 
 impl FromStr for Script {
@@ -202,7 +202,7 @@ fn read_fault(word: &str, pairs: &Pairs<'_>, script: &Script) -> Result<Fault, S
 mod tests {
     use super::*;
 
-    /// Given what editors of other systems do to a text, then it is the same script.
+    /// Given byte order marks and line ends of editors on other systems, then the text is the same script.
     #[test]
     fn script_is_read_with_ends_of_lines_and_marks_of_editors() {
         let script = Script::random(7, 3, 0);

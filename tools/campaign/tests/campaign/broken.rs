@@ -1,11 +1,11 @@
-//! Each rule that was missing once is found where it is broken.
+//! The campaign detects each broken rule.
 
 use campaign::broken::fly;
 use campaign::rule::Rule;
 use campaign::script::Script;
 use campaign::{World, fly as fly_whole};
 
-/// A part of the violation when a rule is broken, and the simplest script that the campaign made of its run.
+/// Part of the violation for each broken rule, and the simplest script of its run.
 const FOUND: [(Rule, &str, &str); 6] = [
     (
         Rule::DeadBus,
@@ -41,7 +41,8 @@ const FOUND: [(Rule, &str, &str); 6] = [
     ),
 ];
 
-/// Given the simplest script of each rule, when the rule is broken, then the campaign finds it; else it finds nothing.
+/// Given the simplest script of each rule, when the rule is broken, then the campaign detects it; otherwise there is no
+/// violation.
 #[test]
 fn each_broken_rule_is_found() {
     for (rule, reason, text) in FOUND {

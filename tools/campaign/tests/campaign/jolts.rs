@@ -1,9 +1,9 @@
-//! A sample of the table in which one jolt breaks the bus of a slave and resets it. `tests/second` flies all of it.
+//! A sample of the table in which one jolt breaks the bus of a slave and resets it. `tests/second` runs all of it.
 
 use campaign::jolt::table;
 use campaign::{World, fly};
 
-/// Prime, so that the sample meets every cause, distance and variant.
+/// Every 37th script is run; a prime number, so that the sample contains every cause, distance and variant.
 const EVERY: usize = 37;
 
 #[test]

@@ -1,6 +1,6 @@
 //! The campaign of random faults: its judges, its regressions, and a share of its runs.
 //!
-//! `tests/scripts` has scripts, a file for each: `cargo campaign --replay FILE` flies one of them.
+//! `tests/scripts` has scripts, a file for each: `cargo campaign --replay FILE` runs one of them.
 
 mod broken;
 mod images;
@@ -14,7 +14,7 @@ use std::path::Path;
 
 use campaign::{World, fly};
 
-/// Flies each script of a folder in `tests/scripts`. Returns what they violate, with the name of the file and the script.
+/// Runs each script of a folder in `tests/scripts`. Returns the violations, with the name of the file and the script.
 fn violations(folder: &str, world: World) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scripts").join(folder);
     let files =

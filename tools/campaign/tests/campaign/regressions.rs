@@ -1,4 +1,4 @@
-//! Scripts that once violated something, as the campaign made them simple.
+//! Scripts that once had a violation, simplified by the campaign.
 
 use campaign::World;
 

@@ -12,7 +12,7 @@ fn asked(masters: u8) -> Asked {
     Asked { seed: 1, runs: RUNS, world: World::Host.name().into(), masters, kinds: vec![] }
 }
 
-/// Flies the runs on all cores; gives what they violate, with their scripts.
+/// Executes the runs on all cores. Returns the violations with their scripts.
 fn violations(masters: u8, runs: &[u64]) -> Vec<String> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
@@ -48,7 +48,7 @@ fn share_of_the_campaign_with_two_masters_violates_nothing() {
     assert!(bad.is_empty(), "{}", bad.join("\n"));
 }
 
-/// Given prime without power for ever, then the second master takes over, on the bus of the slaves, once.
+/// Given prime without power for ever, then the second master takes over once, on the bus of the slaves.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
@@ -56,7 +56,7 @@ fn a_lost_master_is_replaced_in_a_campaign() {
     let script = "run masters=2 slaves=3 length=60000000\npower-master at=12000000 node=1\n";
     let outcome = fly(World::Host, &script.parse().unwrap());
     assert_eq!((outcome.violations, outcome.effective), (vec![], vec![true]));
-    // The judge is not content with fewer: at the end of this one nobody has taken over yet.
+    // The judge reports a run that ends before the takeover.
     let early = "run masters=2 slaves=3 length=12100000\npower-master at=12000000 node=1\n";
     let violations = fly(World::Host, &early.parse().unwrap()).violations;
     assert_eq!(violations, ["0 of 1 masters are active, expected 1"]);
@@ -68,8 +68,8 @@ fn equal_scripts_give_equal_outcomes() {
     assert_eq!(fly(World::Host, &script), fly(World::Host, &script));
 }
 
-/// Given the master cut off on the nominal bus, when the images fly on the twin, then the judge sees the change of the bus and both
-/// slaves on the redundant one. When the run ends before the change, it complains.
+/// Given the master cut off on the nominal bus, when the images run on the twin, then the judge sees the change of the
+/// bus and both slaves on the redundant one. When the run ends before the change, it reports a violation.
 #[test]
 fn twin_is_judged_like_the_host() {
     campaign::prepare_twin(1, true).unwrap();
@@ -84,8 +84,8 @@ fn twin_is_judged_like_the_host() {
     assert_eq!(early.last().unwrap(), "the master is on Nominal, slaves are reached on the other bus only");
 }
 
-/// Given two master boards on the twin, when prime loses its power, then the judge sees the other one take over on the bus of the slaves.
-/// When the run ends before that, it complains.
+/// Given two master boards on the twin, when prime loses its power, then the judge sees the other one take over on the
+/// bus of the slaves. When the run ends before that, it reports a violation.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
@@ -101,8 +101,8 @@ fn takeover_on_the_twin_is_judged_like_one_on_the_host() {
     assert_eq!(early, ["0 of 1 masters are active, expected 1"]);
 }
 
-/// Given a foreign node that resets slave 2, when the slave sends its time just before a reset and soon after it, then its clock
-/// began anew and did not go back.
+/// Given a foreign node that resets slave 2, when the slave sends its time just before a reset and soon after it, then
+/// its clock counts as restarted and not as gone back.
 #[test]
 fn a_clock_that_began_anew_did_not_go_back() {
     campaign::prepare_twin(2, true).unwrap();
@@ -113,8 +113,8 @@ fn a_clock_that_began_anew_did_not_go_back() {
     assert!(clocks.is_empty(), "{clocks:?}");
 }
 
-/// Given two faults of which the shorter one ends the other as well on the wire, then the other one goes on. A master that babbles is
-/// not accused of it.
+/// Given two faults of which the shorter one ends the other as well on the wire, then the other one continues. Babbling
+/// of a master's controller is not a violation of the master.
 #[test]
 fn faults_that_overlap_end_one_by_one() {
     let shorts =
@@ -126,7 +126,7 @@ fn faults_that_overlap_end_one_by_one() {
     }
 }
 
-/// A run without effect is flown with another script, so that each one counts.
+/// A run without effect is repeated with another script, so that each run counts.
 #[test]
 fn every_run_has_a_fault_that_took_effect() {
     for number in [0, 17, 24] {

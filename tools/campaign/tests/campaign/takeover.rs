@@ -1,4 +1,4 @@
-//! Two active masters hear each other at any phase of their heartbeats.
+//! Two active masters receive each other at any phase of their heartbeats.
 
 use campaign::takeover::{Case, PERIOD, sweep};
 use can_wire::time::Time;

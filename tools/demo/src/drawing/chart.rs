@@ -16,23 +16,23 @@ const STEP: f64 = 46.0;
 /// Height of numbers and title below a plot.
 pub(crate) const AXIS: f64 = 46.0;
 
-/// What an axis shows.
+/// Quantity of an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Quantity {
     /// Its name.
     pub title: &'static str,
     /// Its values.
     pub range: Range,
-    /// Text at a mark.
+    /// Formats the text at a mark.
     pub text: fn(f64) -> String,
 }
 
 /// A curve.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// For the key; curves without name belong to the one before.
+    /// Name in the key; a curve without name belongs to the one before.
     pub name: Option<String>,
-    /// How it is drawn: classes of [`BASE`].
+    /// Style: classes of [`BASE`].
     pub class: String,
     /// Pairs of values, in drawing order.
     pub points: Vec<(f64, f64)>,
@@ -66,13 +66,13 @@ pub fn curves(title: &str, layout: Layout, [across, up]: [Quantity; 2], curves: 
     picture
 }
 
-/// Classes of the curve with a number, counted from 0, where each curve has another look.
+/// Returns the classes of the curve with a number from 0, different for each curve.
 pub fn class(number: usize) -> String {
     let dashed = if number < COLOURS.len() { "" } else { " dashed" };
     format!("{} thick{dashed}", COLOURS[number % COLOURS.len()])
 }
 
-/// A number of nanoseconds, in the unit that reads best.
+/// Formats a number of nanoseconds in the most readable unit.
 pub fn duration(ns: f64) -> String {
     let units = [(1e9, "s"), (1e6, "ms"), (1e3, "\u{b5}s")];
     let unit = units.into_iter().find(|(unit, _)| ns.abs() >= unit * 0.999_999);

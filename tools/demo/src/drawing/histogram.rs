@@ -15,18 +15,18 @@ const BINS: usize = 30;
 /// A row of a histogram.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Left of the row.
+    /// Name on the left of the row.
     pub name: String,
-    /// Below the name.
+    /// Text below the name.
     pub note: String,
-    /// Nanoseconds.
+    /// Errors in nanoseconds.
     pub errors: Vec<f64>,
 }
 
 /// Draws a histogram for each row, all over one axis that is symmetrical about zero.
 pub fn draw(title: &str, layout: Layout, what: &str, rows: &[Row]) -> Picture {
     let largest = rows.iter().flat_map(|row| &row.errors).fold(1.0_f64, |most, error| most.max(error.abs()));
-    // A limit whose half is a short number, too.
+    // Chooses a limit whose half is also a short number.
     let limit = round_up(largest, &[1.0, 2.0, 3.0, 4.0, 6.0, 8.0]);
     let step = if layout.brief { limit } else { limit / 2.0 };
     let bottom = rows.len() as f64 * (ROW + GAP);
@@ -56,7 +56,7 @@ pub fn draw(title: &str, layout: Layout, what: &str, rows: &[Row]) -> Picture {
     picture
 }
 
-/// Errors in each bin from `-limit` to `limit`.
+/// Returns the number of errors in each bin from `-limit` to `limit`.
 fn counts(errors: &[f64], limit: f64) -> Vec<usize> {
     let mut counts = vec![0; 2 * BINS];
     for error in errors {

@@ -1,17 +1,17 @@
-//! Keys: marks and what they mean, in rows.
+//! Keys: marks and their meaning, in rows.
 
 use crate::drawing::layout::{LETTERS, Layout, text_width};
 use crate::drawing::picture::Picture;
 
-/// From the begin of a mark to its name.
+/// Distance from the begin of a mark to its name.
 pub(crate) const MARK: f64 = 24.0;
-/// From a name to the next mark.
+/// Distance from a name to the next mark.
 const APART: f64 = 16.0;
 /// Height of a row.
 const ROW: f64 = 18.0;
 
-/// Places of marks whose names have letters of a height, in rows from `left` to `right`, the first one at 0. Returns the
-/// height of the other rows as well.
+/// Returns the positions of marks in rows from `left` to `right`, the first row at 0, and the height of the other rows.
+/// `letters`: height of the names' letters.
 pub(crate) fn places(names: &[&str], letters: f64, (left, right): (f64, f64)) -> (Vec<(f64, f64)>, f64) {
     let (mut x, mut y) = (left, 0.0);
     let mut places = Vec::new();
@@ -26,7 +26,8 @@ pub(crate) fn places(names: &[&str], letters: f64, (left, right): (f64, f64)) ->
     (places, y)
 }
 
-/// Places of the names of curves above a plot, in rows from the top, and the height of the rows below the first one.
+/// Returns the positions of the names of curves above a plot, in rows from the top, and the height of the rows below
+/// the first one.
 pub fn of_curves(names: &[&str], layout: Layout) -> (Vec<(f64, f64)>, f64) {
     let left = if layout.brief { 0.0 } else { layout.left };
     places(names, LETTERS, (left, layout.width))

@@ -1,6 +1,7 @@
-//! Places of labels that stand above vertical lines, so that none overlaps another one.
+//! Positions of labels above vertical lines, so that none overlaps another one.
 //!
-//! A label stands in a *row*: row 0 is next to the picture, the others are above it. The line of a label reaches up to its row.
+//! A label is in a *row*: row 0 is next to the picture, the others are above it. The line of a label extends to its
+//! row.
 
 use crate::drawing::layout::{LETTERS, Layout, text_width};
 
@@ -10,13 +11,13 @@ pub const ROW: f64 = 15.0;
 /// Space between a line and a label beside it.
 const GAP: f64 = 6.0;
 
-/// Least space between two texts: the letters of a reader may be wider than the average ones.
+/// Least space between two texts: the reader's font may be wider than the average.
 pub const APART: f64 = 8.0;
 
-/// A label and its place.
+/// A label and its position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Label {
-    /// Place of its line.
+    /// Position of its line.
     pub line: f64,
     /// Left end of the text.
     pub left: f64,
@@ -27,26 +28,26 @@ pub struct Label {
 }
 
 impl Label {
-    /// Right of its line; left of it where there is no room.
+    /// Places a label right of its line, or left of it if there is no room.
     pub fn beside(layout: Layout, line: f64, text: &str) -> Label {
         let width = text_width(text, LETTERS);
         let left = if layout.has_room(line + GAP + APART, text) { line + GAP } else { line - GAP - width };
         Label { line, left, right: left + width, row: 0 }
     }
 
-    /// Above its line, inside the picture.
+    /// Places a label above its line, inside the picture.
     pub fn above(layout: Layout, line: f64, text: &str) -> Label {
         let half = text_width(text, LETTERS) / 2.0;
         let middle = line.min(layout.width - half);
         Label { line, left: middle - half, right: middle + half, row: 0 }
     }
 
-    /// Whether the text begins right of its line.
+    /// Returns whether the text begins right of its line.
     pub fn is_right(&self) -> bool {
         self.left > self.line
     }
 
-    /// Place of a centred text.
+    /// Returns the middle of the text.
     pub fn middle(&self) -> f64 {
         (self.left + self.right) / 2.0
     }
@@ -55,7 +56,8 @@ impl Label {
         self.left < right + APART && left < self.right + APART
     }
 
-    /// Whether this label in `row` overlaps `other`, or the line of a label in a higher row crosses the text of a lower one.
+    /// Returns whether this label in `row` overlaps `other`, or the line of the higher label crosses the text of the
+    /// lower one.
     fn is_in_the_way(&self, row: usize, other: &Label) -> bool {
         let crosses = |line: f64, text: &Label| (text.left..text.right).contains(&line);
         match row.cmp(&other.row) {
@@ -66,8 +68,9 @@ impl Label {
     }
 }
 
-/// Chooses the row of each label, the last one first: its text stands right of the other lines, so it may be next to the picture.
-/// `taken` ends a text that stands in row 0 already, at the left border. Returns the number of rows above row 0.
+/// Chooses the row of each label, the last one first: its text is right of the other lines, so it may be next to the
+/// picture. `taken`: end of a text that is in row 0 already, at the left border. Returns the number of rows above row
+/// 0.
 pub fn arrange(labels: &mut [Label], taken: f64) -> usize {
     let mut order: Vec<usize> = (0..labels.len()).collect();
     order.sort_by(|a, b| labels[*b].line.total_cmp(&labels[*a].line));
@@ -77,7 +80,7 @@ pub fn arrange(labels: &mut [Label], taken: f64) -> usize {
             let mut others = order[..placed].iter().map(|other| &labels[*other]);
             (*row > 0 || label.left >= taken) && !others.any(|other| label.is_in_the_way(*row, other))
         };
-        // Where lines are so near that each row has a text in the way of a line, above all others: texts do not overlap there.
+        // If lines are so close that no row is free, a row above all others: texts do not overlap there.
         let above = order[..placed].iter().map(|other| labels[*other].row + 1).max().unwrap_or(1);
         labels[index].row = (0..above).find(is_free).unwrap_or(above);
     }
@@ -88,7 +91,8 @@ pub fn arrange(labels: &mut [Label], taken: f64) -> usize {
 mod tests {
     use super::*;
 
-    /// Labels with room share the first row. An earlier one stands above a near later one, so no line crosses a text.
+    /// Labels with room share the first row. An earlier label is above a near later one, so that no line crosses a
+    /// text.
     #[test]
     fn label_before_a_near_one_is_above_it() {
         for (lines, expected) in [

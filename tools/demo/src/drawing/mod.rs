@@ -1,8 +1,8 @@
 //! Pictures as SVG files, and as parts of a page.
 //!
-//! A [`Picture`] is a list of elements, each painted by its classes ([`paint`]). A [`Scale`] maps values to places, and
-//! [`labels`] keeps labels apart. [`chart`] and [`histogram`] draw measurements of any origin, and [`waveform`] draws
-//! what a simulated bus recorded.
+//! A [`Picture`] is a list of elements, each painted by its classes ([`paint`]). A [`Scale`] maps values to positions,
+//! and [`labels`] keeps labels apart. [`chart`] and [`histogram`] draw measurements of any origin, and [`waveform`]
+//! draws what a simulated bus recorded.
 
 pub mod chart;
 pub mod histogram;

@@ -1,25 +1,25 @@
 //! Colours, lines and letters of the pictures, by class.
 //!
-//! A [`Sheet`] is a file with a class per line, `name { attribute: value; ... }`, with the names and values of SVG. A colour on
-//! light ground has that on dark ground behind it, `light / dark`, where that is another one. Drawing panics
-//! at a line of another shape.
+//! A [`Sheet`] is a file with a class per line, `name { attribute: value; ... }`, with the names and values of SVG. A
+//! colour for a light background may be followed by that for a dark one, `light / dark`. Drawing panics at a malformed
+//! line.
 //!
-//! Each element carries its paint as attributes, on light ground: that is what every renderer of SVG understands. Style
-//! sheets with variables or media queries are for browsers alone, so the only one ([`dark`]) repeats colours for dark
-//! ground, and a renderer that skips it still draws the picture as it should be.
+//! Each element has its colours for a light background as attributes, which every renderer of SVG supports. Style
+//! sheets with variables or media queries are supported only by browsers. So the only one ([`dark`]) repeats colours
+//! for a dark background, and a renderer that ignores it still draws the picture correctly.
 
 use std::fmt::Write;
 
-/// Classes and their looks.
+/// Classes and their attributes, as text.
 pub type Sheet = &'static str;
 
 /// Classes that pictures of any subject use. Colours of lines have their names.
 pub const BASE: Sheet = include_str!("base.sheet");
 
-/// An attribute: name, value on light ground, value on dark ground where that is another one.
+/// An attribute: name, value on a light background, value on a dark background if different.
 type Look = (&'static str, &'static str, Option<&'static str>);
 
-/// The classes of sheets, and their looks.
+/// Returns the classes of sheets with their attributes.
 fn classes(sheets: &[Sheet]) -> impl Iterator<Item = (&'static str, Vec<Look>)> {
     let lines = sheets.iter().flat_map(|sheet| sheet.lines()).filter(|line| !line.is_empty());
     lines.map(|line| {
@@ -36,7 +36,7 @@ fn class(line: &'static str) -> Option<(&'static str, Vec<Look>)> {
     Some((class, looks.split("; ").map(look).collect::<Option<_>>()?))
 }
 
-/// Attributes of an element with these classes, `class` among them; of two classes the later wins.
+/// Returns the attributes of an element with these classes, including `class`. Later classes override earlier ones.
 pub(crate) fn attributes(sheets: &[Sheet], names: &str) -> Vec<(&'static str, String)> {
     let mut found = vec![("class", names.to_owned())];
     for class in names.split_whitespace() {
@@ -49,7 +49,7 @@ pub(crate) fn attributes(sheets: &[Sheet], names: &str) -> Vec<(&'static str, St
     found
 }
 
-/// A style sheet for browsers that want dark ground; empty where no class has another colour on it.
+/// Returns a style sheet for browsers in dark mode; empty if no class has another colour there.
 pub fn dark(sheets: &[Sheet]) -> String {
     let mut rules = String::new();
     for (class, looks) in classes(sheets) {

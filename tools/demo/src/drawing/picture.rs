@@ -10,18 +10,18 @@ use crate::drawing::paint::{self, Sheet};
 
 const FONT: &str = "system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif";
 
-/// A picture under construction. Places and sizes are in SVG units, from the upper left corner.
+/// A picture under construction. Positions and sizes are in SVG units, from the upper left corner.
 #[derive(Clone, Debug)]
 pub struct Picture {
     width: f64,
-    /// With title and paper; the style of a file of its own comes next.
+    /// Document with title and background; the style of a separate file follows.
     frame: Document,
     sheets: &'static [Sheet],
     drawn: Vec<Element>,
 }
 
 impl Picture {
-    /// A picture with paper only; the title is for those who cannot see it.
+    /// Makes a picture with background only; the title is for screen readers.
     pub fn new(width: f64, height: f64, title: &str, sheets: &'static [Sheet]) -> Self {
         let mut frame = Document::new()
             .set("class", "chart")
@@ -64,7 +64,7 @@ impl Picture {
         self.add(class, Text::new(text).set("x", tenth(x)).set("y", tenth(y)));
     }
 
-    /// The number of a mark below a plot: about the middle of `x`, and inside the picture.
+    /// Draws the number of a mark below a plot: centred at `x`, inside the picture.
     pub(crate) fn number_below(&mut self, (x, bottom): (f64, f64), number: &str) {
         let x = x.min(self.width - text_width(number, LETTERS) / 2.0);
         self.text("soft middle", x, bottom + 16.0, number);
@@ -76,7 +76,7 @@ impl Picture {
         self.add(class, Text::new(text).set("x", tenth(x)).set("y", tenth(y)).set("transform", turn));
     }
 
-    /// Vertical ticks of one height at many places, in tenths of a unit; one element for all.
+    /// Draws vertical ticks of one height at many positions, in tenths of a unit, as one element.
     pub fn ticks(&mut self, class: &str, tenths: impl IntoIterator<Item = i64>, y: f64, height: f64) {
         let mut path = String::new();
         for x in tenths {
@@ -100,7 +100,7 @@ impl Picture {
         }
     }
 
-    /// All elements of another picture, in front.
+    /// Adds all elements of another picture in front.
     pub fn append(&mut self, other: Picture) {
         self.drawn.extend(other.drawn);
     }
@@ -109,12 +109,12 @@ impl Picture {
         self.drawn.push(painted(self.sheets, class, element));
     }
 
-    /// SVG for a page that has [`paint::dark`] of the same sheets.
+    /// Returns the SVG for a page with [`paint::dark`] of the same sheets.
     pub fn inline(&self) -> String {
         self.render(String::new())
     }
 
-    /// SVG for a file of its own.
+    /// Returns the SVG for a separate file.
     pub fn standalone(&self) -> String {
         self.render(paint::dark(self.sheets))
     }
@@ -144,7 +144,7 @@ fn rectangle([x, y, width, height]: [f64; 4]) -> Rectangle {
     rectangle.set("width", tenth(width)).set("height", tenth(height))
 }
 
-/// Coordinates of a picture: a tenth of a unit is enough.
+/// Formats a coordinate to a tenth of a unit.
 fn tenth(place: f64) -> String {
     format!("{place:.1}")
 }

@@ -1,23 +1,23 @@
-//! Scales: values as places in a picture, with marks at round values.
+//! Scales: convert values to positions in a picture, with marks at round values.
 
 use crate::drawing::picture::Picture;
 
-/// Values of a scale.
+/// Range of values of a scale.
 #[derive(Clone, Copy, Debug)]
 pub enum Range {
     /// Powers of ten, the first and the last.
     Decades(i32, i32),
-    /// From, to, and the distance of the marks, which stand at its multiples.
+    /// From, to, and the distance of the marks, which are at its multiples.
     Linear(f64, f64, f64),
 }
 
 impl Range {
-    /// From, to, and about as many marks, or fewer, at round values.
+    /// Makes a range with about `marks` marks, or fewer, at round values.
     pub fn with_marks(from: f64, to: f64, marks: f64) -> Range {
         Range::Linear(from, to, round_up((to - from) / marks, &[1.0, 2.0, 5.0]))
     }
 
-    /// Values with a mark.
+    /// Returns the values with a mark.
     pub fn marks(self) -> Vec<f64> {
         match self {
             Range::Decades(from, to) => (from..=to).map(|exponent| 10_f64.powi(exponent)).collect(),
@@ -29,7 +29,7 @@ impl Range {
     }
 }
 
-/// A range of values between two places.
+/// A range of values between two positions.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     range: Range,
@@ -42,7 +42,7 @@ impl Scale {
         Scale { range, ends }
     }
 
-    /// Place of a value; values outside the range stand at its border.
+    /// Returns the position of a value; values outside the range are at its border.
     pub fn place(&self, value: f64) -> f64 {
         let share = match self.range {
             Range::Decades(from, to) => {
@@ -53,7 +53,7 @@ impl Scale {
         self.ends.0 + share.clamp(0.0, 1.0) * (self.ends.1 - self.ends.0)
     }
 
-    /// Values with a mark, and their places.
+    /// Returns the values with a mark, and their positions.
     pub fn marks(&self) -> impl Iterator<Item = (f64, f64)> {
         self.range.marks().into_iter().map(|value| (value, self.place(value)))
     }
@@ -80,7 +80,7 @@ impl Scale {
     }
 }
 
-/// The least of the factors times a power of ten that is not below the value; ten is a factor as well.
+/// Rounds a value up to the least of the factors (and ten) times a power of ten.
 pub(crate) fn round_up(value: f64, factors: &[f64]) -> f64 {
     let magnitude = 10_f64.powf(value.log10().floor());
     let factor = factors.iter().find(|factor| **factor * magnitude >= value * 0.999_999);

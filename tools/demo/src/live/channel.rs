@@ -1,4 +1,4 @@
-//! The SLCAN channel of one client: closed, open or listening, and what each command does in it.
+//! The SLCAN channel of one client: closed, open or listening, and the effect of each command.
 
 use can_wire::controller::ErrorCounters;
 use can_wire::frame::{WireFrame, WireId};
@@ -7,46 +7,46 @@ use can_wire::time::Time;
 use super::network::kbit;
 use super::slcan::{self, Command, ERROR, OK};
 
-/// A channel opens with a bit rate that is at most this part of the bus's rate away from it: 0.5 %.
+/// Tolerance of the bit rate of a channel, as a divisor of the bus's rate: 0.5 %.
 const TOLERANCE: u32 = 200;
 
-/// Stamps of received frames count milliseconds and begin anew every minute.
+/// Period of the stamps of received frames, which count milliseconds and restart every minute.
 const STAMP_PERIOD_MS: u64 = 60_000;
 
-/// Whether and how a client takes part in the bus.
+/// How a client takes part in the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
-    /// Not at all.
+    /// Does not take part.
     #[default]
     Closed,
-    /// It hears and sends.
+    /// Receives and sends.
     Open,
-    /// It hears.
+    /// Receives only.
     Listening,
 }
 
-/// Why a line was answered with BEL.
+/// Reason why a line was answered with BEL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// It is no command, or a malformed one.
+    /// The line is no command, or a malformed one.
     #[error("no SLCAN command, or a malformed one")]
     NoCommand,
-    /// It is longer than any command.
+    /// The line is longer than any command.
     #[error("longer than any command, {} characters", slcan::LONGEST)]
     TooLong,
-    /// It needs an open channel.
+    /// The command needs an open channel.
     #[error("the channel is closed, open it with O")]
     Closed,
-    /// It sends, and the channel only listens.
+    /// The command sends, and the channel only listens.
     #[error("the channel only listens, open it with O to send")]
     Listening,
-    /// It changes a setting, and the channel is open.
+    /// The command changes a setting, and the channel is open.
     #[error("the channel is open, close it with C to change a setting")]
     Open,
-    /// It asks for what is so already: every client closes its channel before it opens it.
+    /// The channel has the requested state already: every client closes its channel before it opens it.
     #[error("it is so already")]
     Already,
-    /// It opens the channel at a bit rate that the bus does not have.
+    /// The command opens the channel at a bit rate other than that of the bus.
     #[error("cannot be opened with {} kbit/s, the bus has {} kbit/s", kbit(*.asked), kbit(*.bus))]
     WrongBitRate {
         /// Bit rate that the client set, bit/s.
@@ -57,7 +57,7 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    /// Whether the client has done something wrong.
+    /// Returns whether the refusal is an error of the client.
     pub fn is_mistake(self) -> bool {
         self != Refusal::Already
     }
@@ -66,7 +66,7 @@ impl Refusal {
 /// State of a channel.
 #[derive(Clone, Debug)]
 pub struct Channel {
-    /// Whether and how it takes part.
+    /// How it takes part in the bus.
     pub mode: Mode,
     /// Bit rate of the bus, bit/s.
     bus: u32,
@@ -80,16 +80,16 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// A closed channel to a bus with this bit rate, bit/s. A client that sets no bit rate gets that of the bus.
+    /// Makes a closed channel to a bus with this bit rate, bit/s. A client that sets no bit rate gets that of the bus.
     pub fn new(bus: u32, number: u16) -> Self {
         Channel { mode: Mode::Closed, bus, number, bit_rate: bus, stamps: false, overrun: false }
     }
 
-    /// Does what a line asks for; `errors` are those of the node on the bus. Appends the answer. Returns a frame that is to be
-    /// sent.
+    /// Executes a line and appends the answer. Returns a frame to send. `errors`: error counters of the node on the
+    /// bus.
     ///
     /// # Errors
-    /// Why it did not; the answer is BEL then, and nothing has changed.
+    /// Reason of a refusal; the answer is BEL then, and nothing has changed.
     pub fn obey(
         &mut self,
         line: &[u8],
@@ -104,7 +104,7 @@ impl Channel {
         outcome
     }
 
-    /// Whether a command fits the state of the channel.
+    /// Checks that a command is allowed in the state of the channel.
     fn admits(&self, command: Command) -> Result<(), Refusal> {
         let refusal = match (command, self.mode) {
             (Command::Open | Command::Listen, Mode::Closed)
@@ -126,7 +126,7 @@ impl Channel {
         Err(refusal)
     }
 
-    /// Executes a command that is admitted. Appends the answer, all but its end.
+    /// Executes an allowed command. Appends the answer without its end.
     fn execute(&mut self, command: Command, errors: ErrorCounters, out: &mut Vec<u8>) -> Option<WireFrame> {
         match command {
             Command::Empty => {}
@@ -147,14 +147,14 @@ impl Channel {
         None
     }
 
-    /// Status flags of the CAN232: 2 error warning, 3 data overrun, 5 error passive.
+    /// Takes the status flags of the CAN232: 2 error warning, 3 data overrun, 5 error passive.
     fn take_flags(&mut self, errors: ErrorCounters) -> u8 {
         let worst = errors.transmit.max(errors.receive);
         let overrun = std::mem::take(&mut self.overrun);
         u8::from(worst >= 96) << 2 | u8::from(overrun) << 3 | u8::from(worst >= 128) << 5
     }
 
-    /// The line of a frame that was on the bus at `at`; `None` while the channel is closed.
+    /// Returns the line of a frame that was on the bus at `at`; `None` while the channel is closed.
     pub fn line(&self, at: Time, frame: &WireFrame) -> Option<Vec<u8>> {
         if self.mode == Mode::Closed {
             return None;
@@ -261,8 +261,8 @@ mod tests {
         assert_eq!(desk.says("O"), ("\r".into(), Ok(None)));
     }
 
-    /// Given a bus with each rate of CiA 301, when a client sets this rate or none, then its channel opens; with the rate of
-    /// 1 Mbit/s it opens on a bus of 1 Mbit/s alone.
+    /// Given a bus with each rate of CiA 301, when a client sets this rate or none, then its channel opens; with the
+    /// rate of 1 Mbit/s it opens only on a bus of 1 Mbit/s.
     #[test]
     fn a_channel_opens_at_the_bit_rate_of_its_bus() {
         let rates = [("S0", 10), ("S1", 20), ("S2", 50), ("S4", 125), ("S5", 250), ("S6", 500), ("S7", 800)];

@@ -1,8 +1,8 @@
 //! One client: its socket, the lines it sends, and the frames that wait for it.
 //!
-//! Nothing here waits for the client, and nothing grows without bound. A client that asks faster than the bus sends, or
-//! that does not take its answers, is not read from until it can go on: TCP tells it. Frames for a client that does not
-//! read are dropped and counted.
+//! No call blocks on the client, and all buffers are bounded. The program stops reading from a client that requests
+//! faster than the bus sends, or that does not read its answers; TCP then blocks the client. Frames for a client that
+//! does not read are dropped and counted.
 
 use std::io::{ErrorKind, Read, Write};
 
@@ -13,31 +13,31 @@ use can_wire::time::Time;
 use super::channel::{Channel, Mode, Refusal};
 use super::slcan::{ERROR, LONGEST, OK};
 
-/// Bytes read and not yet looked at.
+/// Size of the buffer of bytes read and not yet parsed.
 const INPUT: usize = 4096;
 
-/// Bytes that wait to be taken by the client: a second of a full bus, half an hour of heartbeats.
+/// Size of the buffer of bytes that the client has not read yet: a second of a full bus, half an hour of heartbeats.
 const OUTPUT: usize = 256 * 1024;
 
-/// Part of [`OUTPUT`] that frames leave to answers.
+/// Part of [`OUTPUT`] that is reserved for answers.
 const FOR_ANSWERS: usize = 1024;
 
 /// Frames of one client that the bus has not sent yet.
 const IN_FLIGHT: usize = 32;
 
-/// Refused lines of one client that are reported in words; all are counted.
+/// Number of refused lines of one client that are reported; all are counted.
 const REPORTED: u64 = 5;
 
-/// What happened between a client and its bus.
+/// Counters of a client.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Frames it handed over.
+    /// Frames received from it.
     pub taken: u64,
-    /// Frames it was given, or that wait in its buffer.
+    /// Frames given to it, or waiting in its buffer.
     pub given: u64,
-    /// Frames it should have been given, but its buffer was full.
+    /// Frames dropped because its buffer was full.
     pub lost: u64,
-    /// Lines that mean nothing or do not fit; not those that ask for what is so already.
+    /// Refused lines; without requests for a state that the channel has already.
     pub refused: u64,
 }
 
@@ -48,21 +48,21 @@ pub struct Client<S> {
     channel: Channel,
     input: Vec<u8>,
     output: Vec<u8>,
-    /// The line under way is too long and skipped up to its end; this is its begin.
+    /// Begin of a line that is too long and skipped up to its end.
     skipping: Option<Vec<u8>>,
-    /// Refused lines and why, for people who take them from here; [`REPORTED`] at most.
+    /// Reports of refused lines, to be taken from here; at most [`REPORTED`].
     pub refused: Vec<String>,
-    /// Nothing more comes from it.
+    /// It sends nothing more.
     ended: bool,
-    /// Nothing more can be given to it.
+    /// Nothing more can be sent to it.
     broken: bool,
     in_flight: usize,
-    /// What happened so far.
+    /// Counters so far.
     pub counts: Counts,
 }
 
 impl<S: Read + Write> Client<S> {
-    /// A client that has just come to this channel.
+    /// Makes a client that has just connected to this channel.
     pub fn new(stream: S, channel: Channel) -> Self {
         Client {
             stream,
@@ -78,17 +78,17 @@ impl<S: Read + Write> Client<S> {
         }
     }
 
-    /// How it takes part in its bus; who has hung up does not.
+    /// Returns how it takes part in its bus; a disconnected client does not.
     pub fn mode(&self) -> Mode {
         if self.ended { Mode::Closed } else { self.channel.mode }
     }
 
-    /// It has left, and everything it said has been heard.
+    /// Returns whether it has disconnected and all its lines were handled.
     pub fn is_gone(&self) -> bool {
         self.broken || self.ended && !self.input.contains(&OK)
     }
 
-    /// Reads what has come and obeys it, as far as there is room. Returns the frames that are to be sent.
+    /// Reads and executes lines, as far as there is room for answers. Returns the frames to send.
     pub fn listen(&mut self, errors: ErrorCounters) -> Vec<WireFrame> {
         self.read();
         let mut frames = Vec::new();
@@ -112,7 +112,7 @@ impl<S: Read + Write> Client<S> {
         frames
     }
 
-    /// Counts a refused line, and keeps the first of them for people.
+    /// Counts a refused line, and reports the first of them.
     fn refuse(&mut self, line: &[u8], refusal: Refusal) {
         self.counts.refused += 1;
         if self.counts.refused <= REPORTED {
@@ -135,12 +135,12 @@ impl<S: Read + Write> Client<S> {
         }
     }
 
-    /// The next line without its end, `None` when none is complete. Of one that is longer than [`LONGEST`] the rest, with its begin
-    /// in `skipping`.
+    /// Returns the next line without its end; `None` if none is complete. For a line longer than [`LONGEST`] returns
+    /// its rest, with its begin in `skipping`.
     fn next_line(&mut self) -> Option<Vec<u8>> {
         let end = self.input.iter().position(|byte| *byte == OK);
         let length = end.unwrap_or(self.input.len());
-        // People who type, and programs of another tradition, send a line feed as well.
+        // Users at a terminal and some programs send a line feed as well.
         let line_feed = usize::from(self.input.first() == Some(&b'\n'));
         if self.skipping.is_none() && length - line_feed.min(length) > LONGEST {
             self.skipping = Some(self.input[line_feed..line_feed + LONGEST].to_vec());
@@ -154,18 +154,18 @@ impl<S: Read + Write> Client<S> {
         Some(self.input.drain(..=end).take(end).skip(line_feed).collect())
     }
 
-    /// The oldest frame that it handed over was sent.
+    /// Records that its oldest frame was sent.
     pub fn was_sent(&mut self) {
         self.in_flight = self.in_flight.saturating_sub(1);
     }
 
-    /// All frames that it handed over and that were not sent are given up. Who has hung up is not heard any further.
+    /// Drops all its frames that were not sent. Further lines of a disconnected client are ignored.
     pub fn was_abandoned(&mut self) {
         self.in_flight = 0;
         self.broken |= self.ended;
     }
 
-    /// A frame was on the bus at `at`.
+    /// Gives it a frame that was on the bus at `at`.
     pub fn give(&mut self, at: Time, frame: &WireFrame) {
         let Some(line) = self.channel.line(at, frame) else { return };
         if self.output.len() + line.len() > OUTPUT - FOR_ANSWERS {
@@ -177,7 +177,7 @@ impl<S: Read + Write> Client<S> {
         }
     }
 
-    /// Hands over what the client takes now.
+    /// Writes as much as the client accepts now.
     pub fn flush(&mut self) {
         let mut taken = 0;
         while taken < self.output.len() && !self.broken {
@@ -200,7 +200,7 @@ mod tests {
 
     use super::*;
 
-    /// A socket whose other end is the test.
+    /// A socket with the test at the other end.
     #[derive(Default)]
     struct Wire {
         to_read: VecDeque<u8>,
@@ -242,7 +242,7 @@ mod tests {
         client.listen(ErrorCounters::default())
     }
 
-    /// Frames to be sent, and answers.
+    /// Sends bytes to the client's port. Returns the frames to be sent, and the answers.
     fn says(client: &mut Client<Wire>, bytes: &[u8]) -> (Vec<WireFrame>, String) {
         client.stream.to_read.extend(bytes);
         let frames = listen(client);
@@ -358,7 +358,7 @@ mod tests {
         }
         client.flush();
         assert_eq!(client.counts, Counts { given: fits as u64, lost: 7, ..Counts::default() });
-        // It reads again: the flag of the overrun is up, and nothing else is missing.
+        // It reads again: the flag of the overrun is set, and nothing else is missing.
         client.stream.room = usize::MAX;
         let (_, written) = says(&mut client, b"F\r");
         assert_eq!(written.len(), fits * line + "F08\r".len());

@@ -1,7 +1,7 @@
-//! Commands that are typed, and lines that do not disturb the typing.
+//! Typed commands, and output that does not disturb the typing.
 //!
-//! On a terminal the line that is being typed stays below all output. From a pipe lines come as they are. A command in the
-//! background of a shell reads nothing: the shell would stop it.
+//! On a terminal the line that is being typed stays below all output. From a pipe, lines are read unchanged. A process
+//! in the background of a shell reads nothing, because the shell would stop it.
 
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -14,14 +14,14 @@ use rustix::process::getpgrp;
 use rustix::termios::{OptionalActions, Termios, tcgetattr, tcgetpgrp, tcsetattr};
 use rustyline_async::{Readline, ReadlineEvent, SharedWriter};
 
-/// Where people type and read.
+/// Terminal or pipe of the user.
 pub struct Console {
     lines: Receiver<String>,
     /// Prints above the line that is being typed.
     printer: Option<SharedWriter>,
-    /// Reads what is typed until the printer is gone.
+    /// Reads typed lines until the printer is dropped.
     editor: Option<JoinHandle<()>>,
-    /// How the terminal was before somebody typed.
+    /// Settings of the terminal before the editor changed them.
     before: Option<Termios>,
 }
 
@@ -44,22 +44,22 @@ impl Console {
         Console { lines, printer: Some(printer), editor: Some(editor), before }
     }
 
-    /// The next line that was typed.
+    /// Returns the next typed line.
     pub fn next(&self) -> Option<String> {
         self.lines.try_recv().ok()
     }
 
-    /// Nobody types any more: the terminal is as it was before.
+    /// Ends typing and restores the settings of the terminal.
     pub fn end_typing(&mut self) {
         self.printer = None;
-        // It has printed what there was.
+        // The editor has printed all pending output.
         let _ = self.editor.take().map(JoinHandle::join);
         if let Some(before) = self.before.take() {
             let _ = tcsetattr(io::stdin(), OptionalActions::Now, &before);
         }
     }
 
-    /// A line for people. Nobody has to read it: a closed pipe does not end the spacecraft.
+    /// Prints a line. A closed pipe does not end the spacecraft.
     pub fn say(&mut self, line: impl std::fmt::Display) {
         match &mut self.printer {
             Some(printer) => _ = writeln!(printer, "{line}"),
@@ -67,12 +67,12 @@ impl Console {
         }
     }
 
-    /// Something is not as it should be.
+    /// Prints a warning.
     pub fn warn(&mut self, line: impl std::fmt::Display) {
         if self.printer.is_some() { self.say(format_args!("warning: {line}")) } else { output::warn(line) }
     }
 
-    /// Something failed.
+    /// Prints an error.
     pub fn complain(&mut self, line: impl std::fmt::Display) {
         if self.printer.is_some() { self.say(format_args!("error: {line}")) } else { output::complain(line) }
     }

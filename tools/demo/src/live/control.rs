@@ -1,4 +1,4 @@
-//! The control port: commands of programs over TCP, a line each. The answer ends with a line `ok` or `error`.
+//! The control port: commands of programs over TCP, one per line. The answer ends with a line `ok` or `error`.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -12,22 +12,22 @@ const MOST_PROGRAMS: usize = 8;
 
 /// Listens for programs.
 pub struct ControlPort {
-    /// Where programs come.
+    /// Listener for programs.
     pub listener: TcpListener,
     programs: Vec<Program>,
 }
 
 struct Program {
     stream: TcpStream,
-    /// What has come of the next line.
+    /// Received part of the next line.
     begun: Vec<u8>,
 }
 
 impl ControlPort {
-    /// Listens there.
+    /// Listens on an address.
     ///
     /// # Errors
-    /// When the address cannot be listened on.
+    /// When that is not possible.
     pub fn listen(address: SocketAddr) -> anyhow::Result<ControlPort> {
         let open = || {
             let listener = TcpListener::bind(address)?;
@@ -40,7 +40,7 @@ impl ControlPort {
         Ok(ControlPort { listener, programs: Vec::new() })
     }
 
-    /// Has each line that has come obeyed, and answers it.
+    /// Executes each received line by `obey`, and sends the answer.
     pub fn serve(&mut self, mut obey: impl FnMut(&str) -> Result<String, String>) {
         while self.programs.len() < MOST_PROGRAMS
             && let Ok((stream, _)) = self.listener.accept()
@@ -55,7 +55,7 @@ impl ControlPort {
 
 impl Program {
     /// # Errors
-    /// When it has left, does not read its answers, or sends what is no line: it is let go.
+    /// When it has disconnected, does not read its answers, or sends too long a line: it is dropped.
     fn serve(&mut self, obey: &mut impl FnMut(&str) -> Result<String, String>) -> io::Result<()> {
         let mut part = [0; LONGEST];
         loop {

@@ -1,7 +1,7 @@
 //! Load of a bus: the share of a second of virtual time that completed frames take, from the start bit to the end of frame.
 //!
-//! Failed transmissions are counted apart. The pieces of a cut bus are buses of their own: the busiest one counts, so a load is
-//! 100 % at most.
+//! Failed transmissions are counted separately. The pieces of a cut bus are separate buses: the busiest one counts, so
+//! a load is 100 % at most.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -11,7 +11,8 @@ use can_wire::time::Time;
 
 const SECOND: Time = Time::from_ms(1_000);
 
-/// A frame of a second may end so long after it: 160 bits at 10 kbit/s, and a step of the spacecraft.
+/// Time after the end of a second within which its frames have ended: 160 bits at 10 kbit/s, and a step of the
+/// spacecraft.
 const LATEST: Time = Time::from_ms(20);
 
 /// Shares of a second, each 0 to 1.
@@ -52,7 +53,7 @@ pub struct LoadMeter {
 }
 
 impl LoadMeter {
-    /// Takes what happened on the bus, in the order of time.
+    /// Observes events of the bus, in chronological order.
     pub fn observe(&mut self, record: &Observation) {
         let span = match record {
             Observation::Completed { trace, segment, .. } => {
@@ -73,7 +74,7 @@ impl LoadMeter {
         }
     }
 
-    /// Measures each second that is over at `now`, the end of the flight.
+    /// Measures each second that has ended at `now`, the end of the flight.
     pub fn finish(&mut self, now: Time) {
         self.advance(now + LATEST);
     }
@@ -119,7 +120,7 @@ mod tests {
         WireFrame::standard(0x701, &[5])
     }
 
-    /// A frame that takes these milliseconds of the bus.
+    /// Returns a frame that occupies the bus from `start` to `end`, in milliseconds.
     fn completed(start: u64, end: u64, segment: usize) -> Observation {
         let trace = Trace {
             frame: heartbeat(),
@@ -160,7 +161,8 @@ mod tests {
         assert_eq!(meter.last, Some(Load { frames: 0.01, failed: 0.0 }));
     }
 
-    /// Given a second with 200 ms of frames and one with 100 ms, then each has its own load: it is no mean over the flight.
+    /// Given a second with 200 ms of frames and one with 100 ms, then each second has its own load, not the mean of the
+    /// flight.
     #[test]
     fn each_second_has_its_own_load() {
         let records = [completed(100, 200, 0), completed(300, 400, 0), completed(1_500, 1_600, 0)];

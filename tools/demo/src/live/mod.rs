@@ -1,4 +1,4 @@
-//! `cargo twin`: the spacecraft in real time, its buses open to whoever speaks SLCAN.
+//! `cargo twin`: the spacecraft in real time, its buses are open to SLCAN clients.
 
 mod channel;
 mod client;
@@ -40,10 +40,10 @@ use pace::{LagReporter, Pace};
 use port::OfferedBus;
 use recording::Recording;
 
-/// Sockets are served at least so often, in virtual time; it runs no faster than the clock on the wall.
+/// Longest interval between serving the sockets, in virtual time, which runs no faster than real time.
 const STEP: Time = Time::from_us(500);
 
-/// Runs until Ctrl-C or the end that was asked for.
+/// Runs until Ctrl-C or the requested end.
 ///
 /// # Errors
 /// When an image cannot be built, a port is taken, or a board had to be stopped, panicked or locked up.
@@ -51,8 +51,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     options.check()?;
     let nodes = options.nodes();
     let mut images = options.fleet.own_images("twin", &nodes)?;
-    // A port that is taken is reported before a build of a minute. It is closed again: a client that came now would hear
-    // nothing for so long, or never, and could not tell.
+    // A port that is taken is reported before a build of a minute. The port is closed again: a client that connected
+    // now would get no frames for a long time and would not know why.
     Bus::ALL.into_iter().try_for_each(|bus| port::listen(bus, options.address(bus)).map(drop))?;
     if !options.listen.is_loopback() {
         warn(format_args!("whoever reaches {} can command the boards, without a password", options.listen));
@@ -94,7 +94,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 /// The boards by their nodes. They get power within the first 0.3 s.
 ///
 /// # Errors
-/// When a board cannot have the part that was given.
+/// When a board cannot have the given part.
 fn boards(options: &Options, images: &Images) -> Result<BTreeMap<Node, BoardConfig>, Misuse> {
     let plans = plan::boards(crate::SEED, &options.nodes()).into_iter();
     let fleet = &options.fleet;
@@ -121,7 +121,7 @@ fn assemble(boards: BTreeMap<Node, BoardConfig>) -> (Spacecraft, BTreeMap<Node, 
 }
 
 struct Run {
-    /// Boards with several bit rates on a bus.
+    /// Report of boards with different bit rates on a bus.
     disagreement: Option<String>,
     spacecraft: Spacecraft,
     ports: Vec<OfferedBus>,
@@ -154,7 +154,7 @@ impl Run {
         Ok(pace)
     }
 
-    /// Does what is typed, and what programs ask for.
+    /// Executes typed commands and those of programs.
     fn obey(&mut self) {
         while let Some(line) = self.console.next() {
             if line.trim().is_empty() {
@@ -168,7 +168,7 @@ impl Run {
         }
     }
 
-    /// A board that the twin has to stop stays behind.
+    /// A board stopped by the twin stays behind.
     fn advance(&mut self, until: Time) -> anyhow::Result<()> {
         while let Err(fault) = self.spacecraft.run_until(until) {
             let fault = fault.to_string();
@@ -180,7 +180,7 @@ impl Run {
             self.recording.as_mut().map_or(Ok(()), |recording| recording.frame(&record))?;
         }
         self.operator.advance(self.spacecraft.now());
-        // Nobody looks at pins.
+        // Pin changes are not used.
         let boards: Vec<BoardId> = self.spacecraft.boards().map(|(id, _)| id).collect();
         boards.into_iter().for_each(|id| drop(self.spacecraft.board_mut(id).take_pin_changes()));
         for log in self.spacecraft.take_logs() {
@@ -196,7 +196,7 @@ impl Run {
         Ok(())
     }
 
-    /// The last words, and whether it was a good run.
+    /// Prints the final report. Fails if the run was not good.
     fn conclude(mut self, pace: &Pace) -> anyhow::Result<()> {
         self.console.end_typing();
         self.recording.take().map_or(Ok(()), Recording::end)?;
@@ -220,7 +220,7 @@ impl Run {
                 ));
             }
         }
-        // Once more: it explains what was seen.
+        // Repeated, because it may explain the results.
         self.disagreement.iter().for_each(|disagreement| self.console.warn(disagreement));
         let mut faults = self.faults;
         for (_, board) in self.spacecraft.boards() {

@@ -1,7 +1,7 @@
 //! Bit rate of each bus, as the images set it.
 //!
-//! The twin learns it before the flight. It flies the same boards for a moment on wires of their own, and reads the bit timing of
-//! each controller that takes part in a bus. The crystals are exact there, so that a rate is a round number.
+//! The twin learns it before the flight. It runs the same boards for a moment on separate wires, and reads the bit
+//! timing of each controller that takes part in a bus. The crystals are exact there, so that a rate is a round number.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig};
 /// Longest time from the power-on of a board to its first part in a bus.
 const LONGEST_START: Time = Time::from_ms(2_000);
 
-/// Interval in which the controllers are looked at.
+/// Interval at which the controllers are checked.
 const STEP: Time = Time::from_ms(10);
 
 /// Time that a board gets for its second controller when the first one takes part.
@@ -28,7 +28,7 @@ pub struct Network {
 }
 
 impl Network {
-    /// Flies these boards until each has taken part in a bus, 2 s at most.
+    /// Runs these boards until each has taken part in a bus, at most 2 s.
     pub fn learn(boards: impl IntoIterator<Item = BoardConfig>) -> Network {
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
         for board in boards {
@@ -40,7 +40,7 @@ impl Network {
         let mut end = LONGEST_START;
         while spacecraft.now() < end {
             let next = spacecraft.now() + STEP;
-            // A board that the twin has to stop is reported in the flight.
+            // A board stopped by the twin is reported in the flight.
             while spacecraft.run_until(next).is_err() {}
             for (&board, bus) in boards.iter().flat_map(|board| Bus::ALL.map(|bus| (board, bus))) {
                 if let Some(timing) = spacecraft.bit_timing(board, bus) {
@@ -64,7 +64,7 @@ impl Network {
         here().collect::<Vec<_>>().into_iter().rev().max_by_key(|timing| count(*timing))
     }
 
-    /// The bit rates and their boards, when the boards of a bus do not have the same one.
+    /// Returns the bit rates with their boards, if the boards of a bus have different ones.
     pub fn disagreement(&self) -> Option<String> {
         let of = |bus: Bus| {
             let mut rates: BTreeMap<u32, Vec<&str>> = BTreeMap::new();
@@ -82,7 +82,7 @@ impl Network {
     }
 }
 
-/// A bit rate in kbit/s, for people.
+/// Formats a bit rate in kbit/s.
 pub fn kbit(bit_rate: u32) -> String {
     (f64::from(bit_rate) / 1e3).to_string()
 }

@@ -62,7 +62,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 impl Options {
-    /// What the parser cannot see.
+    /// Checks conditions between options.
     ///
     /// # Errors
     /// When both buses are to be offered at one port, two images are given for one node, or no board is left.
@@ -85,7 +85,7 @@ impl Options {
         masters.into_iter().chain(self.fleet.slaves()).collect()
     }
 
-    /// Where a bus is offered.
+    /// Returns the address at which a bus is offered.
     pub fn address(&self, bus: Bus) -> SocketAddr {
         let port = match bus {
             Bus::Nominal => self.slcan_nominal,

@@ -1,32 +1,32 @@
-//! Virtual time by the clock on the wall.
+//! Runs virtual time in real time.
 //!
-//! A stretch that took too long is made up for as long as it was short. Beyond that virtual time stays behind for good:
-//! it runs slower, but it never jumps.
+//! A short delay is caught up. A long one is not: virtual time then stays behind permanently. It may run slower, but it
+//! never jumps.
 
 use std::fmt;
 use std::time::{Duration, Instant};
 
 use can_wire::time::Time;
 
-/// What is made up for.
+/// Longest delay that is caught up.
 const SHORT: Duration = Duration::from_millis(250);
 
-/// Where virtual time should be.
+/// Relation of virtual time to real time.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
-    /// When virtual time was zero, or would have been.
+    /// Instant at which virtual time was, or would have been, zero.
     began: Instant,
-    /// How far virtual time stays behind for good.
+    /// Permanent delay of virtual time.
     pub behind: Duration,
 }
 
 impl Pace {
-    /// Virtual time is zero now.
+    /// Starts with virtual time zero now.
     pub fn new(now: Instant) -> Self {
         Pace { began: now, behind: Duration::ZERO }
     }
 
-    /// It is `now`, and virtual time is about to become `at`. Being late for longer than a moment is accepted.
+    /// Records that virtual time becomes `at` at the real time `now`. A long delay becomes permanent.
     pub fn reached(&mut self, at: Time, now: Instant) {
         let late = now.saturating_duration_since(self.instant_of(at));
         if late > SHORT {
@@ -35,16 +35,16 @@ impl Pace {
         }
     }
 
-    /// When virtual time may be `at`.
+    /// Returns the instant at which virtual time may become `at`.
     pub fn instant_of(&self, at: Time) -> Instant {
         self.began + Duration::from_micros(at.as_us())
     }
 }
 
-/// Time between two reports of a lag that grows.
+/// Time between two reports of a growing lag.
 const BETWEEN_REPORTS: Duration = Duration::from_secs(10);
 
-/// Decides when a lag is worth a line: at once when it begins, then every [`BETWEEN_REPORTS`] while it grows.
+/// Decides when a lag is reported: at once when it begins, then every [`BETWEEN_REPORTS`] while it grows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LagReporter {
     /// Time and lag of the last report.
@@ -54,14 +54,14 @@ pub struct LagReporter {
 /// A lag to be reported.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lag {
-    /// How far virtual time stays behind for good.
+    /// Permanent delay of virtual time.
     pub behind: Duration,
-    /// Time since the last report, and the share of it by which virtual time went on; `None` in the first report.
+    /// Time since the last report, and the share of it by which virtual time advanced; `None` in the first report.
     pub speed: Option<(Duration, f64)>,
 }
 
 impl LagReporter {
-    /// The report that is due `now`.
+    /// Returns the report that is due `now`, if any.
     pub fn due(&mut self, behind: Duration, now: Instant) -> Option<Lag> {
         let speed = match self.last {
             None if behind.is_zero() => return None,
@@ -102,7 +102,8 @@ mod tests {
         Duration::from_millis(ms)
     }
 
-    /// Virtual time becomes `at` so many ms after the start; then the instant of a later time, and how far it is behind.
+    /// Given delays of virtual time, then a short one is caught up and a long one is permanent. Each step: virtual
+    /// time, real time in ms after the start, the instant of a later time, and the delay.
     #[test]
     fn virtual_time_follows_the_wall_and_only_a_long_delay_stays() {
         let start = Instant::now();

@@ -1,8 +1,8 @@
 //! One bus as SLCAN over TCP: the clients, and the one node on the bus that they share.
 //!
-//! The node is there while a client has its channel open, and hears only while all of them listen; without any it is as
-//! if nothing were connected. A frame of a client is on the bus when the node has sent it, and then the other clients
-//! get it as they get every frame.
+//! The node is active while a client has its channel open, and only listens while all of them listen. Without an open
+//! channel it is as if not connected. A frame of a client is on the bus when the node has sent it; then the other
+//! clients get it like any other frame.
 
 use std::collections::VecDeque;
 use std::io;
@@ -17,19 +17,19 @@ use twin::spacecraft::{Bus, GuestId, Spacecraft};
 use super::channel::{Channel, Mode};
 use super::client::{Client, Counts};
 
-/// Clients of one bus at the same time.
+/// Greatest number of clients of one bus at the same time.
 const MOST_CLIENTS: usize = 16;
 
-/// Frames of clients that have left are still sent, but not beyond so long a time without any success.
+/// Time without a successful frame after which frames of disconnected clients are dropped.
 const PATIENCE: Time = Time::from_ms(100);
 
-/// Nobody minds to wait so long for a connection.
+/// Interval at which new connections are accepted.
 const BETWEEN_WELCOMES: Time = Time::from_ms(10);
 
-/// Place of the node of the clients on its bus, metres from the master's end.
+/// Position of the node of the clients on its bus, metres from the master's end.
 pub const POSITION_M: f64 = 30.0;
 
-/// A client and who it is.
+/// A client with its address and number.
 struct Connection {
     number: u64,
     address: SocketAddr,
@@ -40,33 +40,33 @@ struct Connection {
 pub struct OfferedBus {
     /// The bus.
     pub bus: Bus,
-    /// Where clients come.
+    /// Listener for clients.
     pub listener: TcpListener,
-    /// Bits of the node.
+    /// Bit timing of the node.
     pub timing: BitTiming,
     guest: GuestId,
     presence: Presence,
     connections: Vec<Connection>,
-    /// Who handed over the frames that the node has not sent yet, the oldest first.
+    /// Clients of the frames that the node has not sent yet, the oldest first.
     senders: VecDeque<u64>,
-    /// When a client was there, or a frame of one was handed over or sent, last.
+    /// Last instant at which a client was connected, or a frame of a client was queued or sent.
     last_use: Time,
     next_welcome: Time,
     totals: Totals,
-    /// Lines for people who take them from here.
+    /// Lines for the user, to be taken from here.
     pub notes: Vec<String>,
 }
 
-/// What happened on a port.
+/// Counters of a port.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Totals {
-    /// Clients that came.
+    /// Clients that connected.
     pub clients: u64,
     /// Frames that they sent.
     pub sent: u64,
-    /// Frames that they should have been given, but did not read in time.
+    /// Frames dropped because a client did not read in time.
     pub lost: u64,
-    /// Frames that they handed over and that the bus did not take.
+    /// Frames of clients that were not sent.
     pub abandoned: u64,
 }
 
@@ -88,7 +88,8 @@ pub fn listen(bus: Bus, address: SocketAddr) -> anyhow::Result<TcpListener> {
 }
 
 impl OfferedBus {
-    /// Hangs a node with this bit timing on the bus, which is away until a client comes to `listener`. All boards are there.
+    /// Connects a node with this bit timing to the bus. It is inactive until a client connects to `listener`. All
+    /// boards must have been added.
     pub fn new(spacecraft: &mut Spacecraft, bus: Bus, timing: BitTiming, listener: TcpListener) -> Self {
         let guest = spacecraft.add_guest_at(bus, POSITION_M, timing);
         spacecraft.set_presence(guest, Presence::Away);
@@ -107,13 +108,13 @@ impl OfferedBus {
         }
     }
 
-    /// What happened so far.
+    /// Returns the counters so far.
     pub fn totals(&self) -> Totals {
         let lost = self.connections.iter().map(|connection| connection.client.counts.lost).sum::<u64>();
         Totals { lost: self.totals.lost + lost, ..self.totals }
     }
 
-    /// Gives the bus what came from the clients.
+    /// Handles the lines of the clients and sends their frames.
     pub fn hear_clients(&mut self, spacecraft: &mut Spacecraft) {
         if spacecraft.now() >= self.next_welcome {
             self.next_welcome = spacecraft.now() + BETWEEN_WELCOMES;
@@ -124,7 +125,7 @@ impl OfferedBus {
         self.appear(spacecraft);
     }
 
-    /// Gives the clients what was on the bus.
+    /// Gives the clients the frames of the bus.
     pub fn tell_clients(&mut self, spacecraft: &mut Spacecraft) {
         for (at, heard) in spacecraft.take_heard(self.guest) {
             self.forward(at, heard);
@@ -141,7 +142,7 @@ impl OfferedBus {
                 self.notes.push(note(self.bus, address, &text));
                 continue;
             }
-            // Without it an answer would wait for the acknowledgement of the one before.
+            // Without TCP_NODELAY an answer would wait for the acknowledgement of the one before.
             if stream.set_nonblocking(true).and_then(|()| stream.set_nodelay(true)).is_err() {
                 continue;
             }
@@ -200,7 +201,7 @@ impl OfferedBus {
         }
     }
 
-    /// Takes part in the bus as the clients want it.
+    /// Sets how the node takes part in the bus, by the clients' channels.
     fn appear(&mut self, spacecraft: &mut Spacecraft) {
         let now = spacecraft.now();
         let any = |mode| self.connections.iter().any(|connection| connection.client.mode() == mode);
@@ -227,7 +228,7 @@ impl OfferedBus {
     }
 }
 
-/// A line about a client.
+/// Formats a line about a client.
 fn note(bus: Bus, address: SocketAddr, text: &str) -> String {
     format!("{bus} bus: {address} {text}")
 }

@@ -1,4 +1,4 @@
-//! What happens, on disk while it happens: frames of each bus and of both, and what the boards say.
+//! Recording on disk during a run: frames of each bus and of both, and log lines of the boards.
 
 use std::io::Write;
 use std::path::Path;
@@ -17,7 +17,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Begins in a directory, which is made when there is none. An earlier recording there is overwritten.
+    /// Begins a recording in a directory, which is created if missing. An earlier recording there is overwritten.
     ///
     /// # Errors
     /// When a file cannot be written.
@@ -28,7 +28,7 @@ impl Recording {
         Ok(Recording { frames, said: files::begin(directory, "boards.log")? })
     }
 
-    /// A frame, if it is one of the two buses that was completed.
+    /// Records a completed frame of one of the two buses.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -39,7 +39,7 @@ impl Recording {
         }
     }
 
-    /// A line of a board.
+    /// Records a log line of a board.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -47,7 +47,7 @@ impl Recording {
         Ok(writeln!(self.said, "{:10.6}  {board}  {text}", at.as_secs_f64())?)
     }
 
-    /// Ends it.
+    /// Completes the recording.
     ///
     /// # Errors
     /// When the rest cannot be written.

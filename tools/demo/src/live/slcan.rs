@@ -1,25 +1,25 @@
 //! One line of SLCAN, as Lawicel's CAN232 and CANUSB understand it.
 //!
 //! A line is a command of ASCII characters up to a carriage return. It is answered with a carriage return, which may be
-//! preceded by what was asked for, or with BEL when it means nothing or does not fit. The serial line's own commands (U,
-//! P, A, X, Q, W) are none here: a socket has no baud rate, and frames are always forwarded at once. Neither are those of
-//! the acceptance filter (M, m): a client gets every frame.
+//! preceded by the requested value, or with BEL if it is invalid or not allowed. Commands of the serial line (U, P, A,
+//! X, Q, W) are not supported: a socket has no baud rate, and frames are always forwarded at once. Commands of the
+//! acceptance filter (M, m) are not supported either: a client gets every frame.
 
 use can_wire::frame::{WireFrame, WireId};
 
-/// Ends a line in both directions, and alone says "done".
+/// Ends a line in both directions; alone it is a positive answer.
 pub const OK: u8 = b'\r';
 
-/// Says "no".
+/// Negative answer.
 pub const ERROR: u8 = 0x07;
 
 /// The longest line: `T`, 8 digits of identifier, DLC, 8 bytes.
 pub const LONGEST: usize = 1 + 8 + 1 + 16;
 
-/// What a line asks for.
+/// Command of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Nothing, which is always done.
+    /// Empty line, which is always accepted.
     Empty,
     /// `Sn`, `sxxyy`: the bit rate, bit/s.
     BitRate(u32),
@@ -47,7 +47,7 @@ pub enum Command {
 const BIT_RATES: [u32; 9] = [10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
 
 impl Command {
-    /// The meaning of a line without its carriage return, `None` when it has none.
+    /// Parses a line without its carriage return. Returns `None` if it is invalid.
     pub fn parse(line: &[u8]) -> Option<Command> {
         let Some((name, rest)) = line.split_first() else { return Some(Command::Empty) };
         match (name, rest) {
@@ -69,7 +69,7 @@ impl Command {
     }
 }
 
-/// Bit rate that BTR0 and BTR1 of an SJA1000 with a 16 MHz crystal mean.
+/// Returns the bit rate of BTR0 and BTR1 of an SJA1000 with a 16 MHz crystal.
 fn sja1000_rate([btr0, btr1]: [u8; 2]) -> u32 {
     let prescaler = u32::from(btr0 & 0x3F) + 1;
     let quanta = 3 + u32::from(btr1 & 0x0F) + u32::from(btr1 >> 4 & 0x07);
@@ -95,7 +95,7 @@ fn frame(text: &[u8], digits: usize, remote: bool) -> Option<WireFrame> {
     Some(frame)
 }
 
-/// Exactly `N` bytes in hexadecimal.
+/// Parses exactly `N` bytes in hexadecimal.
 fn bytes<const N: usize>(text: &[u8]) -> Option<[u8; N]> {
     let mut bytes = [0; N];
     if text.len() != 2 * N {
@@ -107,7 +107,7 @@ fn bytes<const N: usize>(text: &[u8]) -> Option<[u8; N]> {
     Some(bytes)
 }
 
-/// At most 8 hexadecimal digits, of either case.
+/// Parses at most 8 hexadecimal digits of either case.
 fn number(digits: &[u8]) -> Option<u32> {
     digits.iter().try_fold(0, |value, digit| Some(value << 4 | char::from(*digit).to_digit(16)?))
 }
@@ -121,7 +121,7 @@ pub fn write_frame(out: &mut Vec<u8>, frame: &WireFrame, stamp: Option<u16>) {
         WireId::Standard(id) => write!(out, "{standard}{id:03X}"),
         WireId::Extended(id) => write!(out, "{extended}{id:08X}"),
     };
-    // SLCAN has no DLC above 8, and it means 8 bytes.
+    // SLCAN has no DLC above 8; such a DLC means 8 bytes.
     let _ = write!(out, "{}", frame.dlc.min(8));
     frame.payload().iter().for_each(|byte| drop(write!(out, "{byte:02X}")));
     if let Some(stamp) = stamp {

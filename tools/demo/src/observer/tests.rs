@@ -16,7 +16,7 @@ struct World {
 }
 
 impl World {
-    /// Of the sample plan with a change, before power-on.
+    /// Makes the world of the sample plan with a change, before power-on.
     fn of(change: impl Fn(&mut Plan)) -> Self {
         let mut plan = sample::plan();
         change(&mut plan);
@@ -70,10 +70,10 @@ impl World {
     }
 }
 
-/// No change of the plan.
+/// Does not change the plan.
 fn usual(_: &mut Plan) {}
 
-/// Slave 2 has an image of the user's.
+/// Gives slave 2 an image of the user's.
 fn own_2(plan: &mut Plan) {
     plan.boards[1].own_image = Some("own".into());
 }
@@ -168,7 +168,8 @@ fn a_minimal_slave_is_operational_from_its_first_heartbeat_on() {
     assert_eq!(track.kind(), "selective, minimal");
 }
 
-/// Given slave 2 as a minimal one, then a heartbeat of the master moves it to the other bus, and an NMT command does not.
+/// Given slave 2 as a minimal one, then a heartbeat of the master moves it to the other bus, but an NMT command does
+/// not.
 #[test]
 fn a_minimal_slave_follows_heartbeats_alone() {
     let mut world = World::of(|plan| plan.boards[1].is_minimal = true);
@@ -320,7 +321,7 @@ fn a_standby_that_was_reset_is_the_standby_again() {
     assert_eq!(world.observer.rivalry(), None);
 }
 
-/// Given a cut and then the loss of the active master, then a slave has a time from each of them.
+/// Given a cut and then the loss of the active master, then a slave has a recovery time from each of them.
 #[test]
 fn recoveries_from_cut_and_loss_are_two_times() {
     let mut world = two_masters();

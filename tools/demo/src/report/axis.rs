@@ -3,35 +3,35 @@
 use crate::drawing::{Layout, Picture, Range, Scale};
 use can_wire::time::Time;
 
-/// Maps a window of virtual time to places in a picture.
+/// Maps a window of virtual time to positions in a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis {
-    /// Of its picture.
+    /// Layout of its picture.
     pub layout: Layout,
     from: Time,
     to: Time,
-    /// Seconds.
+    /// Scale in seconds.
     scale: Scale,
 }
 
 impl Axis {
-    /// For `from..to`.
+    /// Makes the axis of `from..to`.
     pub fn new(layout: Layout, from: Time, to: Time) -> Self {
         let range = Range::with_marks(from.as_secs_f64(), to.as_secs_f64(), layout.marks);
         Axis { layout, from, to, scale: Scale::new(range, layout.plot()) }
     }
 
-    /// Whether the window contains `at`.
+    /// Returns whether the window contains `at`.
     pub fn shows(&self, at: Time) -> bool {
         (self.from..=self.to).contains(&at)
     }
 
-    /// The place of an instant; those outside the window stand at its border.
+    /// Returns the position of an instant; those outside the window are at its border.
     pub fn x(&self, at: Time) -> f64 {
         self.scale.place(at.as_secs_f64())
     }
 
-    /// Vertical lines from `top` to `bottom` with their seconds below.
+    /// Draws vertical lines from `top` to `bottom` with their seconds below.
     pub fn draw(&self, picture: &mut Picture, top: f64, bottom: f64) {
         let decimals = if self.scale.marks().all(|(second, _)| second.fract() == 0.0) { 0 } else { 1 };
         self.scale.draw_across(picture, (top, bottom), |second| format!("{second:.decimals$} s"));

@@ -1,4 +1,4 @@
-//! How far the slaves' clocks were from the master's: a line for each slave over time, and a histogram for each.
+//! Errors of the slaves' clocks against the master's: a line over time and a histogram for each slave.
 
 use crate::drawing::histogram::{self, Row};
 use crate::drawing::{Layout, Picture, Range, Scale, chart, key};
@@ -15,16 +15,16 @@ const TOP: f64 = 44.0;
 const DECADE: f64 = 46.0;
 const AXIS: f64 = 26.0;
 
-/// Decades of the scale, powers of ten of a nanosecond: these at least.
+/// Least range of the scale, in powers of ten of a nanosecond.
 const DECADES: (i32, i32) = (0, 3);
 
-/// The quantity, where there is room for its name.
+/// Long name of the quantity.
 const WHAT: &str = "error of the clock against the master's, without sign";
 
 /// The quantity of the histograms.
 const SIGNED: &str = "error of the clock against the master's, positive where the slave's pulse is late; each row has its own height";
 
-/// Errors of all slaves over the whole flight; those below a nanosecond stand at the lower border.
+/// Draws the errors of all slaves over the whole flight; those below a nanosecond are at the lower border.
 pub fn draw(flight: &Flight, layout: Layout) -> Picture {
     let axis = Axis::new(layout, Time::ZERO, flight.end);
     let errors = flight.clocks.iter().flat_map(|clock| &clock.errors.samples);
@@ -60,13 +60,13 @@ pub fn draw(flight: &Flight, layout: Layout) -> Picture {
     picture
 }
 
-/// A row of a histogram, with the root of the mean square as its note.
+/// Makes a row of a histogram, with the root mean square as its note.
 pub fn row(name: String, errors: &Errors) -> Row {
     let note = format!("rms {}", chart::duration(errors.rms_ns()));
     Row { name, note, errors: errors.samples.iter().map(|sample| sample.error_ns).collect() }
 }
 
-/// A histogram of the settled errors of each slave; `None` when no clock has settled.
+/// Draws a histogram of the settled errors of each slave; `None` if no clock has settled.
 pub fn histogram(flight: &Flight, layout: Layout) -> Option<Picture> {
     let settled = flight.clocks.iter().filter_map(|clock| Some((clock.node, clock.settled()?)));
     let rows: Vec<Row> = settled.map(|(node, errors)| row(name(node), &errors)).collect();

@@ -1,4 +1,4 @@
-//! Tables of what happened: emergencies, and other events, in order of time.
+//! Tables of emergencies and of other events, in chronological order.
 
 use super::tables::{bounded, cards, number, plain};
 use crate::emergency;

@@ -24,7 +24,7 @@ impl Marks {
         Marks { marks: names.into_iter().zip(labels).collect(), rows }
     }
 
-    /// Height that they need above that of a single row.
+    /// Returns the height that they need in addition to a single row.
     pub fn height(&self) -> f64 {
         self.rows as f64 * labels::ROW
     }

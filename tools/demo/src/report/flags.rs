@@ -1,4 +1,5 @@
-//! Flags of a timeline: lines through the lanes at a cut, at the loss of a master and at what followed, with words above them.
+//! Flags of a timeline: lines through the lanes at a cut, at the loss of a master and at the reactions, with texts
+//! above them.
 
 use crate::drawing::labels::{self, Label};
 use crate::drawing::{Picture, text_width};
@@ -14,13 +15,13 @@ use crate::record::{Bus, MASTER, Node};
 /// Height of letters that are as wide as those of the title of a lane.
 const TITLE: f64 = 17.5;
 
-/// A line through a lane, and words.
+/// A line through a lane, and its text.
 #[derive(Clone)]
 struct Flag {
     at: Time,
     /// Lane of the line.
     bus: Bus,
-    /// Lane above which the words stand.
+    /// Lane above which the text is.
     words: Bus,
     class: &'static str,
     text: String,
@@ -43,7 +44,7 @@ impl Flags {
             let mine: Vec<Flag> = all.iter().filter(|flag| flag.words == bus).cloned().collect();
             let mut labels: Vec<Label> =
                 mine.iter().map(|flag| Label::beside(layout, axis.x(flag.at), &flag.text)).collect();
-            // Where there is little room the title of the lane reaches over the plot.
+            // In a narrow layout the title of the lane extends over the plot.
             let title = if layout.brief { text_width(&lane_title(bus), TITLE) + labels::APART } else { 0.0 };
             let rows = labels::arrange(&mut labels, title);
             flags.extend(mine.into_iter().zip(labels));
@@ -52,12 +53,12 @@ impl Flags {
         Flags { flags, heights }
     }
 
-    /// Height that the words of a lane need above that of a single row.
+    /// Returns the height that the texts of a lane need in addition to a single row.
     pub fn height(&self, bus: Bus) -> f64 {
         self.heights[bus as usize]
     }
 
-    /// Draws lines and words.
+    /// Draws lines and texts.
     pub fn draw(&self, picture: &mut Picture, lanes: &Lanes) {
         for (Flag { bus, words, class, text, .. }, label) in &self.flags {
             let (x, top, up) = (label.line, lanes.top(*words), label.row as f64 * labels::ROW);
@@ -71,7 +72,7 @@ impl Flags {
     }
 }
 
-/// The cut on its lane, and the change of the bus on the other one.
+/// Returns the flag of the cut on its lane, and that of the change of the bus on the other one.
 fn of_cut(flight: &Flight, axis: &Axis) -> Vec<Flag> {
     let mut flags = Vec::new();
     let Some((cut, bus)) = flight.cut().filter(|(at, _)| axis.shows(*at)) else { return flags };
@@ -96,7 +97,7 @@ fn of_cut(flight: &Flight, axis: &Axis) -> Vec<Flag> {
     flags
 }
 
-/// The loss of a master on the lane of the bus that was active, the takeover on that of the bus where it was.
+/// Returns the flag of the loss of a master on the lane of the active bus, and that of the takeover on its bus.
 fn of_loss(flight: &Flight, axis: &Axis) -> Vec<Flag> {
     let mut flags = Vec::new();
     let Some((lost, board)) = flight.loss().filter(|(at, _)| axis.shows(*at)) else { return flags };
@@ -116,7 +117,7 @@ fn of_loss(flight: &Flight, axis: &Axis) -> Vec<Flag> {
             format!("{} takes over, {took:.1} ms after the last heartbeat", name(takeover.to))
         };
         let (bus, _) = active_at(flight, takeover.first);
-        // Above the other lane: the words of the loss are near.
+        // Above the other lane, because the text of the loss is near.
         flags.push(Flag { at: takeover.first, bus, words: bus.other(), class: "switch", text });
     }
     flags

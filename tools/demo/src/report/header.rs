@@ -1,4 +1,4 @@
-//! Top of a report: what was flown, its faults and verdict, and the most important numbers.
+//! Top of a report: the flight, its faults and verdict, and the most important numbers.
 
 use maud::{Markup, html};
 
@@ -66,7 +66,7 @@ fn loss(flight: &Flight) -> Option<String> {
     Some(format!("At {} s {}, the active one, lost its power{end}.", at.as_secs_f64(), name(board)))
 }
 
-/// The images of the user's, and what the report leaves out for them.
+/// Returns a notice about the images of the user's, and the omissions of the report.
 fn notice(flight: &Flight) -> String {
     let boards = flight.plan.boards.iter();
     let own = boards.filter_map(|board| Some(format!("{}: {}", name(board.node), board.own_image.as_ref()?)));

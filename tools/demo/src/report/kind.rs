@@ -1,4 +1,4 @@
-//! Kinds of frames, as pictures and tables of a report count them.
+//! Kinds of frames in the pictures and tables of a report.
 
 use crate::flight::Flight;
 use crate::meaning::{Meaning, Scope};
@@ -24,8 +24,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Kinds with a row of their own in the pictures of a flight; the others share the first row. Claims have one where two masters
-    /// fly.
+    /// Returns the kinds with a separate row in the pictures of a flight; the others share the first row. Claims have
+    /// one if there are two masters.
     pub fn rows(flight: &Flight) -> Vec<Kind> {
         let traffic = match flight.plan.scope() {
             Scope::Mission => &[Kind::Command, Kind::Request, Kind::Reply][..],
@@ -61,7 +61,7 @@ impl Kind {
         }
     }
 
-    /// Its name for people, its name where there is little room, and its classes in the pictures.
+    /// Returns its long name, its short name, and its classes in the pictures.
     pub fn look(self) -> [&'static str; 3] {
         match self {
             Kind::Nmt => ["NMT", "NMT", "black thick"],

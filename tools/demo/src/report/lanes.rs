@@ -1,4 +1,4 @@
-//! Places of the lanes of a timeline: one for each bus.
+//! Positions of the lanes of a timeline, one for each bus.
 
 use super::kind::Kind;
 use crate::flight::Flight;
@@ -8,7 +8,7 @@ use crate::record::Bus;
 pub const ROW: f64 = 16.0;
 const TITLE: f64 = 32.0;
 
-/// Places of the lanes and their rows.
+/// Positions of the lanes and their rows.
 pub struct Lanes {
     /// Kinds of frames, a row each.
     pub rows: Vec<Kind>,
@@ -17,7 +17,7 @@ pub struct Lanes {
 }
 
 impl Lanes {
-    /// The lanes of a flight; `above`: height of the words above each lane, nominal first.
+    /// The lanes of a flight; `above`: height of the texts above each lane, nominal first.
     pub fn new(flight: &Flight, above: [f64; 2]) -> Lanes {
         let rows = Kind::rows(flight);
         let lane = lane(&rows);

@@ -1,4 +1,4 @@
-//! The report of a flight: one HTML file that needs nothing else.
+//! The report of a flight: one self-contained HTML file.
 
 mod axis;
 pub mod clocks;
@@ -28,17 +28,17 @@ const PAGE_STYLE: &str = include_str!("page.css");
 /// Colours and letters of the pictures, by class.
 const SHEETS: &[Sheet] = &[BASE, include_str!("flight.sheet")];
 
-/// The bus timeline as a picture of its own.
+/// Returns the bus timeline as a separate picture.
 pub fn timeline(flight: &Flight) -> String {
     timeline::overview(flight, Layout::WIDE).standalone()
 }
 
-/// The errors of the clocks as a picture of its own.
+/// Returns the errors of the clocks as a separate picture.
 pub fn clocks(flight: &Flight) -> String {
     clocks::draw(flight, Layout::WIDE).standalone()
 }
 
-/// The whole page.
+/// Returns the page.
 pub fn page(flight: &Flight, summary: &Summary) -> String {
     let scope = flight.plan.scope();
     let page = html! {
@@ -321,7 +321,7 @@ fn footer(summary: &Summary) -> String {
     )
 }
 
-/// Milliseconds in the unit that reads best.
+/// Formats milliseconds in the most readable unit.
 fn duration(milliseconds: f64) -> String {
     if milliseconds < 1000.0 {
         format!("{milliseconds:.1} ms")

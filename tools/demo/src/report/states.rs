@@ -9,7 +9,7 @@ use super::faults::Marks;
 use crate::flight::Flight;
 use crate::narrator::name;
 
-/// Top of the plot where the names of the faults need one row.
+/// Top of the plot if the names of the faults need one row.
 const TOP: f64 = 26.0;
 const ROW: f64 = 40.0;
 const BAR: f64 = 20.0;

@@ -17,7 +17,7 @@ use crate::outcome::cells;
 use crate::record::Bus;
 use crate::summary::Summary;
 
-/// Rows of a list; a longer one loses its middle.
+/// Greatest number of rows of a list; a longer one is shown without its middle.
 const ROWS: usize = 100;
 
 /// Fail-over time of every slave; in a flight of two masters also its time from the loss of the active one.
@@ -137,7 +137,7 @@ pub fn frames(flight: &Flight) -> Markup {
     table(&[text("kind"), bus(Bus::Nominal), bus(Bus::Redundant)], rows)
 }
 
-/// The boards, what the seed made of them and what they counted.
+/// Returns the boards with their random properties and counters.
 pub fn boards(flight: &Flight) -> Markup {
     let (second, traffic) = match flight.plan.scope() {
         Scope::Mission => ("access", ["TC due", "TC executed"]),
@@ -205,7 +205,7 @@ pub fn plain(head: &[&str], rows: Vec<Vec<String>>) -> Markup {
     table(&head, rows.into_iter().map(|row| row.into_iter().map(text).collect()))
 }
 
-/// A table; where there is little room each row becomes a list of its own.
+/// Returns a table; on narrow pages each row becomes a list.
 pub fn cards(head: &[&str], rows: Vec<Vec<String>>) -> Markup {
     html! {
         table.cards {
@@ -215,7 +215,7 @@ pub fn cards(head: &[&str], rows: Vec<Vec<String>>) -> Markup {
     }
 }
 
-/// A number of `summary.json`; `key` is its place there, with a dot before each inner name.
+/// Formats a number of `summary.json`; `key` is its path there, with dots.
 pub fn number(key: &str, value: impl maud::Render) -> Markup {
     html! { span data-key=(key) { (value) } }
 }

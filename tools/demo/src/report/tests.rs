@@ -14,7 +14,7 @@ fn assert_page(page: &str, expected: &[&str], forbidden: &[&str]) {
     forbidden.iter().for_each(|part| assert!(!page.contains(part), "{part:?}"));
 }
 
-/// The page has the flight, and needs no other file.
+/// Given a flight, then the page reports it and needs no other file.
 #[test]
 fn the_page_reports_the_flight() {
     let expected = [
@@ -124,7 +124,7 @@ fn number(element: &str, name: &str) -> Option<f64> {
     rest.split_once('"')?.0.parse().ok()
 }
 
-/// Left and right end of a text whose letters are so wide, and its height.
+/// Returns left and right end of a text with letters of width `letter`, and its height.
 fn place(text: &str, letter: f64) -> (f64, f64, f64) {
     let words = text.split(['<', '>']).nth(2).expect("words");
     let (x, y) = (number(text, "x").expect("a place"), number(text, "y").expect("a height"));
@@ -152,7 +152,7 @@ fn narrow_pictures_fit_a_page_of_400_px() {
                 seen += 1;
             }
             for text in picture.lines().filter(|line| line.starts_with("<text")) {
-                // The narrowest letters that a reader may have.
+                // The narrowest letters of a reader's font.
                 let (from, to, _) = place(text, 5.5);
                 assert!(from >= 0.0 && to <= width, "{text}");
             }

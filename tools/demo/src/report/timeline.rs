@@ -16,7 +16,7 @@ use crate::record::Bus;
 
 const AXIS: f64 = 26.0;
 
-/// Shown before a fault, and after it beyond the moment in which the first slave works again.
+/// Time shown before a fault, and after the instant at which the first slave works again.
 const BEFORE: Time = Time::from_ms(400);
 const AFTER: Time = Time::from_ms(600);
 
@@ -25,7 +25,7 @@ pub fn overview(flight: &Flight, layout: Layout) -> Picture {
     draw(flight, Axis::new(layout, Time::ZERO, flight.end), "", "Frames on the two buses over the whole run")
 }
 
-/// The moments around a fault, until the first slave works again; `None` in a flight without this fault.
+/// Draws the time around a fault, until the first slave works again; `None` in a flight without this fault.
 pub fn close_up(flight: &Flight, since: Since, layout: Layout) -> Option<Picture> {
     let (fault, title) = match since {
         Since::Cut => (flight.cut()?.0, "Frames around the cut"),
@@ -53,7 +53,7 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Picture {
     shade_active(flight, &axis, &lanes, &mut picture);
     axis.draw(&mut picture, lanes.top(Bus::Nominal), lanes.bottom(Bus::Redundant));
     for bus in Bus::ALL {
-        // Wider than the names of the rows where there is little room, so it begins at the border.
+        // In a narrow layout the title is wider than the names of the rows, so it begins at the border.
         let (anchor, x) = if layout.brief { ("", 0.0) } else { (" end", left - 12.0) };
         picture.text(&format!("bus-{}{anchor}", bus.name()), x, lanes.top(bus) - 9.0, &lane_title(bus));
         for (row, kind) in lanes.rows.iter().enumerate() {
@@ -76,7 +76,7 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Picture {
     picture
 }
 
-/// The bus on which the master's heartbeat runs has another ground.
+/// Shades the bus with the master's heartbeat.
 fn shade_active(flight: &Flight, axis: &Axis, lanes: &Lanes, picture: &mut Picture) {
     for (bus, begin, end) in active_spans(flight) {
         let (x, until) = (axis.x(begin), axis.x(end));
@@ -84,8 +84,8 @@ fn shade_active(flight: &Flight, axis: &Axis, lanes: &Lanes, picture: &mut Pictu
     }
 }
 
-/// From the first to the last heartbeat of a master on a bus. Where a cut or a loss silenced it, to that fault; the last one of a
-/// flight to the end.
+/// Returns the spans from the first to the last heartbeat of a master on a bus. A span that was ended by a cut or a
+/// loss ends at that fault; the last span of a flight extends to its end.
 fn active_spans(flight: &Flight) -> Vec<(Bus, Time, Time)> {
     let mut beats = flight
         .frames()

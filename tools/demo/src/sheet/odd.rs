@@ -1,6 +1,6 @@
 //! Odd data sheets: each oddity of files of other tools alone and in pairs, with the values that a flight needs.
 //!
-//! The expected values stand beside the oddities; nothing here reads a file.
+//! The expected values are defined together with the oddities; this module reads no file.
 
 use Layout::{Entries, Lines, Sections, Text};
 
@@ -9,16 +9,16 @@ use super::{Field, Pdo, Sheet};
 /// Node-ID of the device.
 pub const NODE: u8 = 5;
 
-/// A data sheet that is being made, and what is to be read from it.
+/// A data sheet under construction, and the expected result of reading it.
 #[derive(Clone)]
 pub struct Odd {
     sections: Vec<(String, Vec<(String, String)>)>,
     /// Changes of the whole text, in this order.
     layout: Vec<Layout>,
     encode: fn(&str) -> Vec<u8>,
-    /// What is read.
+    /// Expected result.
     pub expected: Sheet,
-    /// Parts of the notes, one for each.
+    /// Expected parts of the notes, one for each.
     pub said: Vec<&'static str>,
 }
 
@@ -54,9 +54,9 @@ impl Layout {
 
 /// An oddity.
 pub struct Oddity {
-    /// In words.
+    /// Name of the oddity.
     pub name: String,
-    /// What it changes: two that change the same exclude each other.
+    /// Changed part: two oddities that change the same part exclude each other.
     changes: &'static str,
     apply: Box<dyn Fn(&mut Odd)>,
 }
@@ -112,7 +112,7 @@ impl Odd {
         self.sections.retain(|(own, _)| !sections.contains(&&**own));
     }
 
-    /// TPDO 1 is not read, but its COB-ID.
+    /// Expects that only the COB-ID of TPDO 1 is read.
     fn loses_the_first(&mut self) {
         let pdo = self.expected.pdos.remove(0);
         self.expected.others.push(pdo.id);
@@ -133,7 +133,7 @@ impl Odd {
     }
 }
 
-/// ° and ü, the only letters of these files that are not ASCII.
+/// Encodes ° and ü, the only characters of these files that are not ASCII.
 fn windows_1252(text: &str) -> Vec<u8> {
     text.chars().map(|letter| u8::try_from(u32::from(letter)).expect("as in Latin-1")).collect()
 }
@@ -151,7 +151,8 @@ fn laid_out(name: &str, changes: &'static str, layout: Layout) -> Oddity {
     odd(name, changes, move |odd| odd.layout.push(layout))
 }
 
-/// What the layout of the text changes. Of two oddities the first one comes first: comments have no margins, for example.
+/// Returns the oddities of the text's layout. Of two oddities the first one is applied first: comments have no margins,
+/// for example.
 fn of_text() -> Vec<Oddity> {
     vec![
         laid_out("sections in capitals", "sections", Sections(|name| name.to_uppercase() + "]")),
@@ -262,7 +263,7 @@ fn of_names() -> Vec<Oddity> {
     all
 }
 
-/// What a flight does not need, and what is not there.
+/// Returns oddities of entries that a flight does not need, and of missing entries.
 fn of_the_rest() -> Vec<Oddity> {
     vec![
         odd("wrong values that no PDO needs", "needless", |odd| {

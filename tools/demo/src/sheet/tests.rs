@@ -39,7 +39,7 @@ fn value_of_a_dcf_counts_before_the_default() {
     assert_eq!(read(&text).pdos[0].id, 0x201);
 }
 
-/// Given a PDO with a value that is not understood, then it is left out, and the note names line, section, key and value.
+/// Given a PDO with an invalid value, then it is left out, and the note names line, section, key and value.
 #[test]
 fn wrong_value_costs_its_pdo_and_is_named() {
     for (good, wrong, said) in [
@@ -81,7 +81,7 @@ fn odd_data_sheets_are_read_alone_and_in_pairs() {
         let Sheet { pdos: expected_pdos, others: expected_others, .. } = expected;
         assert_eq!((&pdos, &others), (expected_pdos, expected_others), "{name}");
         assert_eq!(identity, expected.identity, "{name}");
-        // Without what oddities of the text change: case, blanks, leading zeros of sub-indices.
+        // Without properties that oddities of the text change: case, blanks, leading zeros of sub-indices.
         let folded = |text: &str| {
             let text: String = text.to_lowercase().split_whitespace().collect();
             text.replace("sub0", "sub").replace("sub0", "sub")
@@ -93,7 +93,7 @@ fn odd_data_sheets_are_read_alone_and_in_pairs() {
     }
 }
 
-/// Given a text that is no data sheet, then the error says what one has.
+/// Given a text that is no data sheet, then the error describes a data sheet.
 #[test]
 fn text_that_is_no_data_sheet_is_refused() {
     for text in [

@@ -1,4 +1,4 @@
-//! The manifests that are generated, against small shipped ones.
+//! The manifests generated from small shipped ones.
 
 use super::*;
 
@@ -124,7 +124,7 @@ fn programs_keep_their_names_and_settings() {
     assert_eq!(made, table_of(expected));
 }
 
-/// The shipped images have their boards as optional dependencies, and no others.
+/// The shipped images have only their boards as optional dependencies.
 #[test]
 fn shipped_images_have_boards_alone_as_optional_dependencies() {
     for member in MEMBERS {

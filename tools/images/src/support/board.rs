@@ -1,4 +1,4 @@
-//! The boards that images are built for and flown on, and the mission profiles that they are built with.
+//! Boards for which images are built, and mission profiles of images.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,12 +17,12 @@ use crate::support::project;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Board {
     description: Arc<Description>,
-    /// Where the description is, absolute where the folder exists.
+    /// Folder of the description, absolute if the folder exists.
     folder: PathBuf,
 }
 
 impl Board {
-    /// Name of the board that is meant without `--board`.
+    /// Name of the board that is used without `--board`.
     pub const DEFAULT: &str = "pyboard-v11";
 
     /// The board of this project with this name.
@@ -55,7 +55,7 @@ impl Board {
         Ok(Board { description: Arc::new(description), folder: absolute(folder) })
     }
 
-    /// This board with another part or oscillator, and a name that says so.
+    /// Returns this board with another part or oscillator, and a name that contains them.
     ///
     /// # Errors
     /// When the part lacks a pin of the board.
@@ -79,12 +79,12 @@ impl Board {
         Ok(Board { description, folder: self.folder.clone() })
     }
 
-    /// Its name: command line, summary, cargo feature of images that choose among boards.
+    /// Returns its name: in the command line, in the summary, and as cargo feature of images.
     pub fn name(&self) -> &str {
         &self.description.name
     }
 
-    /// Its chip, as probe-rs knows it.
+    /// Returns the name of its chip for probe-rs.
     pub fn chip(&self) -> &str {
         &self.description.chip
     }
@@ -94,9 +94,9 @@ impl Board {
         self.description.model
     }
 
-    /// How the harness closes the straps of a board: four bits from the lowest, then odd parity; a closed strap is tied to
-    /// ground, an open one has a pull-up. Slaves have their Node-ID, `2..=15`. The master has 1: in a mission with two masters
-    /// it is strapped prime, and other images do not look; [`SECOND_MASTER`] has 0. A board without straps has none closed.
+    /// Returns the straps of a board: four bits from the lowest, then odd parity. A closed strap is tied to ground, an
+    /// open one has a pull-up. Slaves have their Node-ID, `2..=15`. The master has 1: in a mission with two masters it
+    /// is the prime one; other images ignore it. [`SECOND_MASTER`] has 0. A board without straps has none closed.
     pub fn straps(&self, board: u8) -> Vec<(Pin, bool)> {
         let node = if board == SECOND_MASTER { 0 } else { board };
         self.description.model.pins.straps.map_or(Vec::new(), |straps| straps.closed(node))
@@ -131,7 +131,7 @@ impl Board {
     }
 }
 
-/// A path from the root where it exists; otherwise as it is.
+/// Makes a path absolute if it exists; otherwise returns it unchanged.
 fn absolute(path: &Path) -> PathBuf {
     // No path is the current folder.
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
@@ -152,7 +152,7 @@ pub fn built_names() -> Vec<String> {
     names
 }
 
-/// What `--board` allows.
+/// Returns the values allowed for `--board`.
 fn allowed() -> String {
     let mut names = Description::names();
     names.sort_by_key(|name| name != Board::DEFAULT);
@@ -186,7 +186,7 @@ impl Profile {
     }
 }
 
-/// Options that choose what an image is built for: the same in each command that builds images.
+/// Options of the target of an image, the same in each command that builds images.
 #[derive(Args, Clone, Debug)]
 pub struct Target {
     /// Board to build for
@@ -305,7 +305,8 @@ mod tests {
         assert_eq!(shipped.board_crate(), BoardCrate::Shipped("pyboard-v11"));
     }
 
-    /// Given the pins of the pyboard, then any part whose package has them takes them, with an oscillator of its own.
+    /// Given the pins of the pyboard, then they can be combined with any part whose package has them, and with another
+    /// oscillator.
     #[test]
     fn other_part_has_the_pins_of_the_board_or_is_refused() {
         let pyboard = Board::shipped("pyboard-v11");

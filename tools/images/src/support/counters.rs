@@ -1,4 +1,4 @@
-//! What the application of a mission image has counted, read from a board's memory.
+//! Counters of the application of a mission image, read from a board's memory.
 
 use anyhow::anyhow;
 use twin::board::EmulatedBoard;
@@ -10,7 +10,7 @@ const SYMBOL: &str = "mission::counters::COUNTERS";
 /// 32-bit words, little-endian: the fields below in their order.
 const WORDS: usize = 5;
 
-/// What the application counted.
+/// Counters of the application.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Commands sent (master) or executed (slave).
@@ -19,15 +19,15 @@ pub struct Counters {
     pub requests: u32,
     /// Telemetry replies received (master).
     pub replies: u32,
-    /// Turns of slaves that were left out because the application was late (master).
+    /// Turns of slaves that were skipped because the application was late (master).
     pub skipped_turns: u32,
     /// Commands dropped as repeats of the last one (slave).
     pub repeats: u32,
 }
 
 impl Counters {
-    /// Of a board; all zero while it has not come so far as to initialise its memory. `None` for an image that is none of
-    /// the mission's.
+    /// Reads the counters of a board; all zero until its program has initialised its memory. `None` for an image that
+    /// is not of the mission.
     ///
     /// # Errors
     /// When the counters are not in memory.
@@ -42,7 +42,7 @@ impl Counters {
 
 fn decode(bytes: &[u8]) -> Counters {
     let word = |n: usize| u32::from_le_bytes(std::array::from_fn(|byte| bytes[4 * n + byte]));
-    // The program has not come so far as to initialise its memory, or is just doing so.
+    // The program has not initialised its memory yet, or is just doing so.
     if bytes.ends_with(&[RAM_AT_POWER_ON; 4]) {
         return Counters::default();
     }

@@ -14,29 +14,30 @@ const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
 /// 32-bit words, little-endian: magic, then the fields below in their order.
 const WORDS: usize = 14;
 
-/// What the firmware itself counted.
+/// Counters of the firmware.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics {
-    /// Frames the node dealt with, nominal and redundant bus.
+    /// Frames that the node handled, on the nominal and redundant bus.
     pub handled: [u32; 2],
     /// Received frames lost in the port.
     pub overruns: u32,
-    /// Events the application was too slow to take.
+    /// Events that were lost because the application was too slow.
     pub app_overflows: u32,
     /// Interrupts of both controllers: results of transmissions, received frames, changes of the error state.
     pub interrupts: [u32; 3],
-    /// What became of stamps that were to be measured in hardware.
+    /// Stamps that were to be measured in hardware.
     pub stamps: Stamps,
 }
 
 /// Stamps of a board, both buses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stamps {
-    /// Measured.
+    /// Number of measured stamps.
     pub captured: u32,
-    /// Not measured: no edges; not those of the frame; interrupt too late; more than one frame like it.
+    /// Numbers of stamps not measured, by reason: no edges; edges of another frame; interrupt too late; more than one
+    /// equal frame.
     pub missed: [u32; 4],
-    /// Low word of the last one measured, ticks of 1/84 µs.
+    /// Low word of the last measured stamp, ticks of 1/84 µs.
     pub last: u32,
 }
 
@@ -46,7 +47,7 @@ impl Diagnostics {
         image.symbol(SYMBOL).is_some()
     }
 
-    /// Of a board; all zero while it has not come so far as to initialise its memory.
+    /// Reads the counters of a board; all zero until its program has initialised its memory.
     ///
     /// # Errors
     /// When the image does not export the counters.
@@ -63,7 +64,7 @@ impl Diagnostics {
         board.admitted().saturating_sub(self.frames())
     }
 
-    /// Frames the node dealt with, both buses.
+    /// Returns the number of frames that the node handled on both buses.
     pub fn frames(&self) -> u64 {
         self.handled.iter().map(|count| u64::from(*count)).sum()
     }
@@ -71,7 +72,7 @@ impl Diagnostics {
 
 fn decode(bytes: &[u8]) -> anyhow::Result<Diagnostics> {
     let word = |n: usize| u32::from_le_bytes(std::array::from_fn(|byte| bytes[4 * n + byte]));
-    // The program has not come so far as to initialise its memory, or is just doing so.
+    // The program has not initialised its memory yet, or is just doing so.
     if bytes.iter().all(|byte| [0, RAM_AT_POWER_ON].contains(byte)) {
         return Ok(Diagnostics::default());
     }

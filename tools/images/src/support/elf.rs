@@ -15,7 +15,7 @@ const FLASH: Range<u64> = 0x0800_0000..0x1000_0000;
 pub struct Size {
     /// Code, constants and the initial values of variables.
     pub flash: u64,
-    /// Variables; the stack takes what is left.
+    /// Variables; the rest is for the stack.
     pub ram: u64,
 }
 
@@ -24,9 +24,9 @@ pub struct Size {
 pub struct Symbol {
     /// Its path as it is written in Rust, without hashes.
     pub name: String,
-    /// Where it is.
+    /// Memory that contains it.
     pub memory: Memory,
-    /// How long.
+    /// Size in bytes.
     pub bytes: u64,
 }
 
@@ -40,7 +40,7 @@ pub enum Memory {
 }
 
 impl Memory {
-    /// For people.
+    /// Returns the name in texts.
     pub fn name(self) -> &'static str {
         match self {
             Memory::Flash => "flash",
@@ -49,7 +49,7 @@ impl Memory {
     }
 }
 
-/// What an ELF file contains of an image.
+/// Facts about an image from its ELF file.
 #[derive(Clone, Debug)]
 pub struct Facts {
     /// The whole image.
@@ -61,7 +61,7 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Of the image at `path`.
+    /// Reads the facts about the image at `path`.
     ///
     /// # Errors
     /// When it cannot be read or is no ELF file.
@@ -111,7 +111,7 @@ fn symbols(file: &File) -> Vec<Symbol> {
     symbols
 }
 
-/// What compilers leave in `.comment`: texts that end with a zero byte.
+/// Finds the compiler in the section `.comment`, which contains texts with a zero byte at the end.
 fn compiler(file: &File) -> Option<String> {
     let section = file.section_by_name(".comment")?;
     let texts = section.data().ok()?.split(|byte| *byte == 0);

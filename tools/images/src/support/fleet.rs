@@ -1,4 +1,4 @@
-//! The boards of a spacecraft and their images: what `cargo demo` and `cargo twin` have in common.
+//! The boards of a spacecraft and their images: shared by `cargo demo` and `cargo twin`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -83,11 +83,11 @@ pub fn node_and_file(text: &str, first: Node, example: &str) -> Result<NodeFile,
 }
 
 impl Fleet {
-    /// Checks what the parser cannot see; `command` is the subcommand with these options.
+    /// Checks conditions between options; `command` is the subcommand with these options, `nodes` are all boards.
     ///
     /// # Errors
-    /// When two images are given for one node, a part or oscillator is given and no image, or shipped images are to fly on a board without
-    /// a crate; `nodes` are all boards.
+    /// When two images are given for one node, a part or oscillator is given and no image, or shipped images are
+    /// requested for a board without a crate.
     pub fn check(&self, command: &'static str, nodes: &BTreeSet<Node>) -> Result<(), Misuse> {
         self.own_board(command)?;
         let has_own = nodes.iter().any(|node| self.own_image(*node).is_some());
@@ -155,11 +155,11 @@ impl Fleet {
         own.map(|(node, path)| Ok((node, read(path)?))).collect()
     }
 
-    /// Builds the image of the minimal slave for these nodes, if there are any; `fitting`: its features beside board and profile,
-    /// each behind a plus sign.
+    /// Builds the image of the minimal slave for these nodes, if there are any; `fitting`: its features in addition to
+    /// board and profile, each after a plus sign.
     ///
     /// # Errors
-    /// When it cannot be built or read, or was not built before and is not to be.
+    /// When it cannot be built or read, or with `--no-build` was not built before.
     pub fn add_minimal(
         &self,
         nodes: &BTreeSet<Node>,
@@ -180,10 +180,10 @@ impl Fleet {
         Ok(())
     }
 
-    /// Builds what the user has not given. Builds nothing when no board needs it.
+    /// Builds the images that the user has not given, if a board needs them.
     ///
     /// # Errors
-    /// When an image cannot be built or read, or was not built before and is not to be.
+    /// When an image cannot be built or read, or with `--no-build` was not built before.
     pub fn add_shipped(&self, nodes: &BTreeSet<Node>, images: &mut Images) -> anyhow::Result<()> {
         let missing: BTreeSet<Node> =
             nodes.iter().copied().filter(|node| !images.contains_key(node)).collect();
@@ -195,10 +195,10 @@ impl Fleet {
     }
 }
 
-/// Builds the shipped images, or finds those that were built last.
+/// Builds the shipped images, or with `no_build` finds those that were built last.
 ///
 /// # Errors
-/// When they cannot be built, or were not built before and are not to be.
+/// When they cannot be built, or with `no_build` were not built before.
 pub fn built(board: &Board, profile: Profile, no_build: bool) -> anyhow::Result<crate::Images> {
     let (crate_of_board, profile) = (board.board_crate(), profile.name());
     if no_build {
@@ -222,10 +222,10 @@ pub fn shipped(built: &crate::Images, nodes: impl IntoIterator<Item = Node>) -> 
     Ok(nodes.into_iter().map(|node| (node, of(node))).collect())
 }
 
-/// The image at `path`, for boards of the twin.
+/// Reads the image at `path` for boards of the twin.
 ///
 /// # Errors
-/// When it cannot be read or is not one.
+/// When it cannot be read or is no image.
 pub fn image(path: &Path) -> anyhow::Result<Arc<Image>> {
     let elf = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     let image = Image::parse(&elf).with_context(|| format!("{} is no image", path.display()))?;

@@ -1,10 +1,10 @@
-//! A wrong command line that only becomes clear after parsing.
+//! A wrong command line that is detected only after parsing.
 
 use std::fmt::Display;
 
 use clap::error::ErrorKind;
 
-/// What was wrong, and what is allowed.
+/// The error, and the allowed values.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{text}")]
 pub struct Misuse {
@@ -13,18 +13,18 @@ pub struct Misuse {
 }
 
 impl Misuse {
-    /// Of an option of the subcommand `command`.
+    /// Makes an error of an option of the subcommand `command`.
     pub fn of(command: &'static str, text: impl Into<String>) -> Self {
         Misuse { command, text: text.into() }
     }
 
-    /// Of the value of an option; `cause` has what is wrong with it, and what is allowed.
+    /// Makes an error of the value of an option; `cause` contains the error and the allowed values.
     pub fn value(command: &'static str, option: &str, value: impl Display, cause: impl Display) -> Self {
         Misuse::of(command, format!("invalid value '{value}' for '{option}': {cause}"))
     }
 
-    /// Reports it as clap reports what it finds itself, and ends the program with exit code 2. `cli` is the command line
-    /// of the whole program.
+    /// Reports it in the format of clap, and ends the program with exit code 2. `cli` is the command line of the whole
+    /// program.
     pub(crate) fn exit(&self, mut cli: clap::Command) -> ! {
         cli.build();
         let command = cli.find_subcommand_mut(self.command).expect("a subcommand reports its own misuse");

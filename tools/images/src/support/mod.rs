@@ -1,5 +1,5 @@
-//! What the commands share: boards with their images, images as files, output and endings, counters of a flown image, shards of
-//! long runs.
+//! Shared code of the commands: boards with their images, images as files, output and endings, counters of an image,
+//! shards of long runs.
 
 pub mod board;
 pub mod counters;

@@ -1,7 +1,7 @@
-//! Programs and packages of others that some tests and benchmarks need.
+//! Third-party programs and packages that some tests and benchmarks need.
 //!
-//! They come from Debian and from Python's package index. [`provide`] installs what is missing when the user asks for it, by an
-//! option or by a yes at the terminal. Otherwise its error lists what is missing and the commands that install it.
+//! They come from Debian and from Python's package index. [`provide`] installs missing ones if the user agrees by an
+//! option or at the terminal. Otherwise its error lists them and the commands that install them.
 
 use std::fmt;
 use std::io::{self, BufRead, IsTerminal, Write};
@@ -35,7 +35,7 @@ pub const TSHARK: Need = Need::Program { name: "tshark", package: "tshark" };
 pub const LOG2ASC: Need = Need::Program { name: "log2asc", package: "can-utils" };
 /// Runs scripts.
 pub const PYTHON: Need = Need::Program { name: "python3", package: "python3" };
-/// Emulates an STM32F405, to compare the core of the twin with.
+/// Emulates an STM32F405, for comparison with the core of the twin.
 pub const QEMU: Need = Need::Program { name: "qemu-system-arm", package: "qemu-system-arm" };
 /// Assembles the program that both run.
 pub const LLVM: Need = Need::Program { name: "llvm-mc", package: "llvm" };
@@ -66,7 +66,7 @@ pub fn python() -> PathBuf {
 }
 
 impl Need {
-    /// Whether it is installed, in the version that is asked for.
+    /// Returns whether it is installed in the required version.
     pub fn is_there(self) -> bool {
         match self {
             Need::Program { name, .. } => {
@@ -101,11 +101,11 @@ impl fmt::Display for Need {
     }
 }
 
-/// Makes sure that all `needs` are installed. Installs what is missing when `install` is set or the user agrees at the terminal.
+/// Checks that all `needs` are installed. Installs missing ones if `install` is set or the user agrees at the terminal.
 /// `command` is the command line that installs without a question.
 ///
 /// # Errors
-/// When something is missing and must not or cannot be installed; the error says which commands install it.
+/// When something is missing and must not or cannot be installed; the error contains the commands that install it.
 pub fn provide(needs: &[Need], install: bool, command: &str) -> anyhow::Result<()> {
     let missing: Vec<Need> = needs.iter().copied().filter(|need| !need.is_there()).collect();
     if missing.is_empty() {

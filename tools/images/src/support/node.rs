@@ -6,7 +6,8 @@ pub type Node = u8;
 /// The master's Node-ID.
 pub const MASTER: Node = 1;
 
-/// The second one of two master boards. Its Node-ID is 1 as well: this number, that of no slave, is for the board alone.
+/// The second one of two master boards. Its Node-ID is 1 as well. This number only identifies the board; no slave has
+/// it.
 pub const SECOND_MASTER: Node = 127;
 
 /// Whether a board is a master.
@@ -14,7 +15,7 @@ pub const fn is_master(board: Node) -> bool {
     matches!(board, MASTER | SECOND_MASTER)
 }
 
-/// First and last Node-ID that the straps of a slave can say.
+/// First and last Node-ID that the straps of a slave can set.
 pub const FIRST: Node = 2;
 /// See [`FIRST`].
 pub const LAST: Node = 15;

@@ -1,7 +1,7 @@
-//! Lines for people and for pipes, and exit codes for a reader that has left.
+//! Output to terminals and pipes, and exit codes for a closed pipe.
 //!
-//! `println!` panics when its reader has left (`cargo demo | head`). Everything here is printed by [`line()`], which
-//! returns an error instead, or by [`note`], which continues.
+//! `println!` panics when its pipe is closed (`cargo demo | head`). Commands print by [`line()`], which returns an
+//! error instead, or by [`note`], which continues.
 
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
@@ -10,7 +10,7 @@ use anyhow::Context;
 use console::style;
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A command ends early and has nothing more to say: only its exit code is left.
+/// Ends a command early without a message, with this exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("ended with exit code {0}")]
 pub struct Silently(pub u8);
@@ -25,12 +25,12 @@ impl Silently {
 /// Prints a line on stdout.
 ///
 /// # Errors
-/// [`Silently::PIPE_CLOSED`] when its reader has left; otherwise what hinders the writing, a full disk for example.
+/// [`Silently::PIPE_CLOSED`] when its reader has left; otherwise the error of writing, a full disk for example.
 pub fn line(line: impl Display) -> anyhow::Result<()> {
     text(format_args!("{line}\n"))
 }
 
-/// Prints on stdout as it is.
+/// Prints on stdout without a line end.
 ///
 /// # Errors
 /// As [`line()`].
@@ -42,22 +42,22 @@ pub fn text(text: impl Display) -> anyhow::Result<()> {
     }
 }
 
-/// Prints a line on stderr, if anybody reads it.
+/// Prints a line on stderr. A closed pipe is ignored.
 pub fn note(line: impl Display) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-/// A [`note`] that something is not as it should be.
+/// Prints a warning by [`note`].
 pub fn warn(line: impl Display) {
     note(format_args!("{} {line}", style("warning:").yellow().bold().for_stderr()));
 }
 
-/// A [`note`] that something failed.
+/// Prints an error by [`note`].
 pub fn complain(line: impl Display) {
     note(format_args!("{} {line}", style("error:").red().bold().for_stderr()));
 }
 
-/// A bar on a terminal, nothing elsewhere. `template` is one of `indicatif`, behind a bar of 40 cells.
+/// Shows a progress bar on a terminal, nothing elsewhere. `template`: format of `indicatif` after a bar of 40 cells.
 pub fn progress(length: u64, template: &str) -> ProgressBar {
     let bar = ProgressBar::new(length);
     let style = ProgressStyle::with_template(&format!("{{bar:40.cyan/blue}} {template}"));

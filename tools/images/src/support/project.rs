@@ -1,4 +1,4 @@
-//! The project's own folders, whatever folder a command is called from.
+//! The project's folders, independent of the current folder.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ pub fn target(relative: &str) -> PathBuf {
     crate::target().join(relative)
 }
 
-/// The `Cargo.toml` that is meant: the given one, or the next one from the current folder upwards.
+/// Returns the given `Cargo.toml`, or the next one from the current folder upwards.
 ///
 /// # Errors
 /// When there is none.
@@ -36,16 +36,16 @@ pub fn manifest(given: Option<&Path>) -> anyhow::Result<PathBuf> {
     found.with_context(|| format!("no Cargo.toml in {} or above; give --manifest-path FILE", here.display()))
 }
 
-/// A path for people: without the current folder in front of it.
+/// Formats a path without the current folder in front of it.
 pub fn shown(path: &Path) -> std::path::Display<'_> {
     let here = std::env::current_dir().ok();
     here.and_then(|here| path.strip_prefix(here).ok()).filter(|rest| *rest != "").unwrap_or(path).display()
 }
 
-/// Makes a folder where it is missing, and makes sure that files can be written to it.
+/// Creates a folder if it is missing, and checks that files can be written to it.
 ///
 /// # Errors
-/// Why they cannot.
+/// The reason why they cannot.
 pub fn make_writable(folder: &Path) -> io::Result<()> {
     let probe = folder.join(".writable");
     std::fs::create_dir_all(folder)?;

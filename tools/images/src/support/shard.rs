@@ -1,4 +1,4 @@
-//! Shards: parts of a long run, which many machines share.
+//! Shards: parts of a long run that is divided among many machines.
 //!
 //! A *run* has units in a fixed order, such as the runs of a campaign. A *shard* `I/N` takes one range of them, the same on every
 //! machine, and writes its results to a file, its *part*. [`merged`] joins the parts of all shards in the order of their units:
@@ -62,7 +62,7 @@ impl fmt::Display for Shard {
 }
 
 impl Shard {
-    /// Refuses more shards than units: some would have nothing to do. `units` is their name.
+    /// Refuses more shards than units: some would be empty. `units` is their name.
     ///
     /// # Errors
     /// [`Misuse`] of `command`.
@@ -98,14 +98,14 @@ pub struct Run<P> {
     pub commit: String,
     /// Number of shards.
     pub shards: u64,
-    /// What decides the results, beside the code: an object.
+    /// Parameters that determine the results, in addition to the code: an object.
     pub parameters: P,
 }
 
-/// What a shard found.
+/// Results of a shard.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part<P, R> {
-    /// Of which run.
+    /// Run of the shard.
     pub run: Run<P>,
     /// Number of the shard, from 1.
     pub shard: u64,
@@ -114,7 +114,7 @@ pub struct Part<P, R> {
 }
 
 impl<P: Serialize, R: Serialize> Part<P, R> {
-    /// Writes the file, whole or not at all.
+    /// Writes the file atomically.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -127,8 +127,8 @@ impl<P: Serialize, R: Serialize> Part<P, R> {
     }
 }
 
-/// Makes sure that the part of a shard can be written to `path`. Removes the part of an earlier run, so that a shard that dies
-/// leaves none.
+/// Checks that the part of a shard can be written to `path`. Removes the part of an earlier run, so that a shard that
+/// fails leaves none.
 ///
 /// # Errors
 /// [`Misuse`] of `command`.
@@ -152,7 +152,8 @@ fn unfinished(path: &Path) -> PathBuf {
     path.with_extension("unfinished")
 }
 
-/// The code of this project: `git describe`, with `-dirty` when files differ from the commit; `unknown` without git.
+/// Returns the version of this project: `git describe`, with `-dirty` when files differ from the commit; `unknown`
+/// without git.
 pub fn commit() -> String {
     let git = Command::new("git")
         .args(["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"])

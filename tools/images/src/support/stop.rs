@@ -1,17 +1,17 @@
-//! Ctrl-C and SIGTERM as a flag, for what ends in good order.
+//! Ctrl-C and SIGTERM as a flag, for an orderly end.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 
-/// Remembers that somebody wants the program to end.
+/// Flag that the program has to end.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// From now on Ctrl-C and SIGTERM raise the flag. Before, they end the program at once, also while it builds images or
-    /// waits for another build.
+    /// Makes Ctrl-C and SIGTERM set the flag from now on. Before this call they end the program at once, also while it
+    /// builds images or waits for another build.
     ///
     /// # Errors
     /// When the system does not allow it, or on the second call.
@@ -22,12 +22,12 @@ impl Stop {
         Ok(stop)
     }
 
-    /// Raises the flag.
+    /// Sets the flag.
     pub fn ask(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the flag is up.
+    /// Returns whether the flag is set.
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

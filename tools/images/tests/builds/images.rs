@@ -1,4 +1,4 @@
-//! The images come out as ELF files for ARM, whichever toolchain was found.
+//! The images are ELF files for ARM with any toolchain.
 
 use std::fs;
 

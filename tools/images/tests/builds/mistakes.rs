@@ -6,7 +6,7 @@ use firmware_images::Refusal;
 
 use crate::scratch;
 
-/// The errors of a crate that is that of the pyboard with `from` replaced by `to`, and that starts its board.
+/// Returns the errors of the pyboard's crate with `from` replaced by `to`, and with a call that starts the board.
 fn refusals(from: &str, to: &str) -> Vec<Refusal> {
     let pyboard =
         fs::read_to_string(scratch::root().join("boards/pyboard-v11/src/lib.rs")).expect("the pyboard");
@@ -18,7 +18,7 @@ fn refusals(from: &str, to: &str) -> Vec<Refusal> {
     scratch::refusals(manifest, &[("src/lib.rs", &program)])
 }
 
-/// There are errors, one of them with this code and all these parts of its text.
+/// Checks that one of the errors has this code and all these parts of its text.
 fn assert_names(refusals: &[Refusal], code: Option<&str>, parts: &[&str]) {
     let is_it = |refusal: &&Refusal| parts.iter().all(|part| refusal.text.contains(part));
     let found = refusals.iter().find(is_it);

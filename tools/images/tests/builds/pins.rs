@@ -1,10 +1,10 @@
-//! A board takes its own peripherals and leaves the rest with the application.
+//! A board takes its own peripherals and leaves the rest to the application.
 
 use firmware_images::Refusal;
 
 use crate::scratch;
 
-/// The compiler's errors in a package that does this behind the start of a board.
+/// Returns the compiler's errors in a package with these statements after the start of a board.
 fn refusals(board: &str, statements: &str) -> Vec<Refusal> {
     let manifest = format!(
         "[dependencies]\nboards-stm32f4 = {{ path = \"ROOT/boards/stm32f4\" }}\n\

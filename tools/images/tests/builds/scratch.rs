@@ -1,4 +1,4 @@
-//! A package outside the workspace, for as long as it is built.
+//! A temporary package outside the workspace.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("a workspace").to_owned()
 }
 
-/// The errors that stop the build of a package with these files. `ROOT` in its manifest is this repository.
+/// Returns the errors of the build of a package with these files. `ROOT` in its manifest is this repository.
 pub fn refusals(manifest: &str, files: &[(&str, &str)]) -> Vec<Refusal> {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("a file");

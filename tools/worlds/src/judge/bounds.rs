@@ -1,4 +1,4 @@
-//! How long a rule may not hold after the last fault.
+//! Bounds of the time for which a rule may be violated after the last fault.
 
 use ecss_can::redundancy::{Pair, Parameters};
 use ecss_can::types::Duration;
@@ -6,25 +6,27 @@ use ecss_can::types::Duration;
 /// Bounds in time and number, from the last fault on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Until every slave in reach is served: that of [`agreement`](Bounds::agreement), two dwells where the master hears no slave,
-    /// and the time for which the second board listens where no master is active.
+    /// Time until every slave in reach is served: that of [`agreement`](Bounds::agreement), two dwells if the master
+    /// hears no slave, and the time for which the second board listens if no master is active.
     pub service: Duration,
-    /// Until slaves that hear the master are on its bus: (Ttoggle + 2) consumer times and a hold time.
+    /// Time until slaves that hear the master are on its bus: (Ttoggle + 2) consumer times and a hold time.
     pub agreement: Duration,
-    /// Until one of two active masters that hear each other yields: two heartbeat periods (docs/decisions/standby-master.md).
+    /// Time until one of two active masters that hear each other yields: two heartbeat periods
+    /// (docs/decisions/standby-master.md).
     pub rivalry: Duration,
 }
 
 impl Bounds {
-    /// Changes of the bus that no unserved slave asks for: where each bus serves one slave, a try from each bus, and at most one
-    /// return from each (docs/decisions/master-bus-choice.md).
+    /// Greatest number of changes of the bus without an unserved slave. If each bus serves one slave: a try from each
+    /// bus, and at most one return from each (docs/decisions/master-bus-choice.md).
     pub const NEEDLESS: u8 = 4;
 
-    /// Changes of role: both become active where they do not hear each other, and one yields where they do; once more where
-    /// no node acknowledges the heartbeat of the one that stays.
+    /// Greatest number of changes of role: both become active if they do not hear each other, and one yields when they
+    /// do; again if no node acknowledges the heartbeat of the remaining one.
     pub const HANDED_OVER: u8 = 6;
 
-    /// Of nodes with these parameters, `shortest` dwell of the master, and boards that listen as `pair` says.
+    /// Makes the bounds of nodes with these parameters, the `shortest` dwell of the master, and the listening time of
+    /// `pair`.
     pub fn new(parameters: &Parameters, shortest: Duration, pair: &Pair) -> Bounds {
         let agreement = parameters.toggling_time() + parameters.consumer.times(2) + parameters.hold_time();
         let service = agreement + parameters.dwell(shortest).times(2) + pair.second_listens;

@@ -1,22 +1,22 @@
-//! Who manages the network (ECSS 8.1a, docs/decisions/standby-master.md).
+//! Management of the network (ECSS 8.1a, docs/decisions/standby-master.md).
 
 use ecss_can::types::Bus;
 
 use crate::judge::view::View;
 
-/// Who manages the network.
+/// Masters that manage the network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// No master is active.
     Nobody,
-    /// This master. Another one that is active has no slave in reach.
+    /// This master. Another active master, if any, has no slave in reach.
     One(usize),
     /// Two masters that both have slaves in reach.
     Two,
 }
 
 impl View<'_> {
-    /// Returns who manages the network. Of active masters that all have no slave in reach, the first one.
+    /// Returns the masters that manage the network. If no active master has a slave in reach, the first one.
     pub fn command(&self) -> Command {
         let (mut first, mut reaching) = (None, None);
         for (master, _) in self.active() {
@@ -28,8 +28,8 @@ impl View<'_> {
         reaching.or(first).map_or(Command::Nobody, Command::One)
     }
 
-    /// Returns how many masters have to be active when the network is calm: one where a bus joins the boards (ECSS 8.1a).
-    /// Otherwise each board with power, because it hears no other master.
+    /// Returns how many masters have to be active in the steady state: one if a bus joins the boards (ECSS 8.1a),
+    /// otherwise each board with power, because it hears no other master.
     pub fn managers_expected(&self) -> usize {
         let powered = self.powered().count();
         let are_joined = Bus::ALL.into_iter().any(|bus| self.joins_masters[bus]);

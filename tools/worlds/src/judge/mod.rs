@@ -1,10 +1,11 @@
 //! Rules by which a search for faults judges the redundancy of a spacecraft.
 //!
-//! A *search* brings a spacecraft into many situations: random faults (`tools/campaign`), all states of a small spacecraft
-//! (`tests/model`), random sequences of frames (`tests/search/src/fuzz`). A *judge* decides whether what the search sees is right. Rules
-//! that several searches apply are here, once, without a world or a wire.
+//! A *search* brings a spacecraft into many situations: random faults (`tools/campaign`), all states of a small
+//! spacecraft (`tests/model`), random sequences of frames (`tests/search/src/fuzz`). A *judge* decides whether the
+//! observed behaviour is correct. This module contains the rules that several searches apply, independent of a world or
+//! a wire.
 //!
-//! A search fills a [`View`]: the nodes at one instant, and which of them a bus joins. Then it asks:
+//! A search fills a [`View`]: the nodes at one instant, and which of them a bus joins. Then it applies the rules:
 //!
 //! ```
 //! use ecss_can::types::{Bus, NmtState, PerBus};
@@ -25,21 +26,21 @@
 //! | who manages the network (ECSS 8.1a) | [`View::command`], [`View::managers_expected`] | campaign, model |
 //! | which slaves a master has to serve | [`View::is_in_reach`], [`View::is_contested`] | campaign, model |
 //! | a slave is served (ECSS 8.3.3) | [`View::serves`] | campaign, model |
-//! | nodes agree on the bus (ECSS 8.3.3) | [`View::is_agreed`] | model; the campaign asks more of each slave to serve |
+//! | nodes agree on the bus (ECSS 8.3.3) | [`View::is_agreed`] | model; the campaign requires more of each slave to serve |
 //! | one bus serves all, or the network is split | [`View::serves_all`], [`View::is_split`] | campaign, model |
 //! | active masters that hear each other | [`View::are_rivals_on`] | campaign, model |
-//! | changes of the bus that no node asks for | [`View::has_moved`] | campaign, model |
+//! | changes of the bus without an unserved node | [`View::has_moved`] | campaign, model |
 //! | Ctoggle is at most Ntoggle (ECSS 8.3.3h) | [`selector::is_toggled_too_often`] | model, fuzz |
 //! | Bdefault follows (ECSS 8.3.3k, l) | [`selector::is_bdefault_right`], [`View::wrong_bdefault`] | model, campaign |
 //! | SDO transfers (CiA 301 7.2.4.3) | [`sdo`] | fuzz, tests of `shared` |
 //! | bounds in time | [`Bounds`] | campaign, model |
-//! | how long a rule has not held, changes of role | [`Watch`] | model |
+//! | duration of violations, changes of role | [`Watch`] | model |
 //!
 //! # Limits
 //!
 //! - A view has at most [`MASTERS`] masters.
-//! - What only one search can see stays with it: executed commands, clocks and frames of a left bus (campaign), states of a
-//!   single slave, an SDO client and PDO mappings (fuzz).
+//! - Rules that only one search can check are in that search: executed commands, clocks and frames of a left bus
+//!   (campaign), states of a single slave, an SDO client and PDO mappings (fuzz).
 
 mod bounds;
 mod command;

@@ -11,8 +11,8 @@ impl View<'_> {
         self.masters[master].is_powered && node.is_powered && node.wired[master][bus]
     }
 
-    /// Whether a master hears this slave on a bus at the latest when it searches there. A slave that gave up its search stays
-    /// where it is (ECSS 8.3.3j): if it is cut off there, no master hears it.
+    /// Returns whether a master hears this slave on a bus, at the latest when the slave searches there. A slave that
+    /// gave up its search stays on its bus (ECSS 8.3.3j): if it is cut off there, no master hears it.
     pub fn is_heard(&self, master: usize, slave: usize, bus: Bus) -> bool {
         let node = &self.slaves[slave];
         self.is_wired(master, slave, bus) && (!node.has_given_up || node.bus == Some(bus))
@@ -23,8 +23,9 @@ impl View<'_> {
         Bus::ALL.into_iter().any(|bus| self.is_heard(master, slave, bus))
     }
 
-    /// Whether a master reaches this slave on a bus: it hears the slave there. A master that hears no slave at all alternates
-    /// (docs/decisions/master-bus-choice.md), so it reaches also a slave that gave up and still listens to that bus.
+    /// Returns whether a master reaches this slave on a bus: it hears the slave there. A master that hears no slave at
+    /// all alternates (docs/decisions/master-bus-choice.md), so it also reaches a slave that gave up and still listens
+    /// to that bus.
     pub fn is_reachable(&self, master: usize, slave: usize, bus: Bus) -> bool {
         let hears_one = || self.all_slaves().any(|slave| self.is_heard_at_all(master, slave));
         self.is_heard(master, slave, bus)

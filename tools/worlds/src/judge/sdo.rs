@@ -1,4 +1,4 @@
-//! SDO transfers as an observer sees them, from the frames of client and server alone (CiA 301 7.2.4.3).
+//! SDO transfers for an observer, from the frames of client and server only (CiA 301 7.2.4.3).
 //!
 //! [`Transfer`] follows one server. A test gives it each request with the server's answers, and compares the value that
 //! it returns with what the server wrote.
@@ -49,7 +49,7 @@ enum State {
     BlockUploadEnd,
 }
 
-/// Value that is to be uploaded, if it is known.
+/// Expected value of an upload, if known.
 type Value = Option<Vec<u8>>;
 
 /// Index and sub-index of an initiate request.
@@ -70,8 +70,8 @@ pub fn checksum(bytes: &[u8]) -> u16 {
 }
 
 impl Transfer {
-    /// Looks at a request, whether the server used it, and its answers. Returns the value whose download ends with it.
-    /// `readable`: the value of an object, if an upload has to give it.
+    /// Checks a request, whether the server used it, and its responses. Returns the value of a download that ends with
+    /// it. `readable`: returns the value of an object, if an upload has to return it.
     pub fn see(
         &mut self,
         request: &Payload,
@@ -91,7 +91,7 @@ impl Transfer {
             self.see_sub_block(command, request, answers);
             return None;
         }
-        // One that is of no use may be a segment that came again, with a first byte as an abort has it.
+        // An unused request may be a repeated segment whose first byte equals that of an abort.
         if (used && command >> 5 == 4) || answers.iter().any(|answer| answer[0] == ABORT) {
             self.0 = State::None;
             return None;
@@ -131,7 +131,7 @@ impl Transfer {
         None
     }
 
-    /// Looks at frames that the server sends without a request.
+    /// Checks frames that the server sends without a request.
     pub fn see_unasked(&mut self, answers: &[Payload]) {
         match &mut self.0 {
             _ if answers.is_empty() => {}
@@ -295,7 +295,7 @@ impl Transfer {
         }
     }
 
-    /// An acknowledgement without an answer may be of use as well: what it asks for is in mid-flight still.
+    /// Handles an acknowledgement without a response: the requested segments may still be in transmission.
     fn see_silent_acknowledgement(&mut self, request: &Payload) {
         if let (0xA2, State::BlockUpload { bytes, segments, .. }) = (request[0] & 0xE3, &mut self.0) {
             segments[..usize::from(request[1])].iter().for_each(|segment| bytes.extend(&segment[1..]));
@@ -304,8 +304,8 @@ impl Transfer {
     }
 }
 
-/// Whether a server wrote what arrived with a request, and nothing else. An expedited download without a size has as many
-/// bytes as the object.
+/// Returns whether a server wrote the bytes that arrived with a request, and nothing else. An expedited download
+/// without a size has as many bytes as the object.
 pub fn is_written(
     request: &Payload,
     arrived: Option<&(Address, Vec<u8>)>,
@@ -343,7 +343,7 @@ mod tests {
     const AT: Address = Address::new(0x2000, 0);
     const NINE: [u8; 9] = *b"123456789";
 
-    /// Bytes from hexadecimal digits; what is not given is zero.
+    /// Parses bytes from hexadecimal digits; missing ones are zero.
     fn frame(digits: &str) -> Payload {
         let mut payload = [0; 8];
         let bytes = digits.split(' ').map(|byte| u8::from_str_radix(byte, 16).unwrap());
@@ -351,7 +351,7 @@ mod tests {
         payload
     }
 
-    /// Exchanges of request and answers. The last value whose download ended.
+    /// Checks exchanges of request and responses. Returns the value of the last completed download.
     fn seen(exchanges: &[Exchange]) -> Option<(Address, Vec<u8>)> {
         let mut transfer = Transfer::default();
         let mut arrived = None;
@@ -391,7 +391,7 @@ mod tests {
         assert_eq!(seen(&UPLOAD).or(seen(&BLOCK_UPLOAD)), None);
     }
 
-    /// Given a transfer up to an exchange. When that has a wrong answer, then it is found.
+    /// Given a transfer up to an exchange, when its response is wrong, then that is detected.
     #[test]
     fn a_wrong_answer_is_found() {
         let cases: [(&str, &[Exchange], &str); 13] = [
@@ -418,7 +418,7 @@ mod tests {
         }
     }
 
-    /// Given a block download whose checksum is wrong. When the server accepts it, then that is found.
+    /// Given a block download whose checksum is wrong. When the server accepts it, then that is detected.
     #[test]
     fn a_wrong_checksum_that_is_accepted_is_found() {
         let end = |request| BLOCK[..3].iter().copied().chain([(request, &["A1"][..])]).collect::<Vec<_>>();

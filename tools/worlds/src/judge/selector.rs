@@ -3,13 +3,14 @@
 use ecss_can::redundancy::{BusCause, Parameters};
 use ecss_can::types::Bus;
 
-/// Whether a search had more switches than it may (ECSS 8.3.3h): Ctoggle is at most Ntoggle.
+/// Returns whether a search had too many switches (ECSS 8.3.3h): Ctoggle is at most Ntoggle.
 pub fn is_toggled_too_often(parameters: &Parameters) -> bool {
     parameters.ctoggle > parameters.ntoggle
 }
 
-/// Whether Bdefault is right after a step of a slave, which may have reported its active bus: Bdefault becomes this bus with a
-/// find or a follow (ECSS 8.3.3k, l). It may return when one of these is taken back, and changes for no other reason.
+/// Returns whether Bdefault is correct after a step of a slave, which may have reported its active bus. Bdefault
+/// becomes this bus when the master is found or followed (ECSS 8.3.3k, l). It may return when one of these is reverted,
+/// and changes for no other reason.
 pub fn is_bdefault_right(before: Bus, after: Bus, reported: Option<(BusCause, Bus)>) -> bool {
     match reported {
         Some((BusCause::Found | BusCause::Followed, bus)) => after == bus,
@@ -33,7 +34,7 @@ mod tests {
         }
     }
 
-    /// Given Bdefault Nominal and a report of the active bus. Then the slave may keep it, and may change it.
+    /// Given Bdefault Nominal and a report of the active bus. Then both keeping and changing it are allowed.
     ///
     /// Verifies: ECSS 8.3.3k, 8.3.3l
     #[test]

@@ -1,4 +1,4 @@
-//! Whether slaves are served, and whether nodes agree on the bus (ECSS 8.3.3).
+//! Service of slaves, and agreement of nodes on the bus (ECSS 8.3.3).
 
 use ecss_can::types::{Bus, NmtState};
 
@@ -31,8 +31,9 @@ impl View<'_> {
         })
     }
 
-    /// Whether the network is served. `was_split`: no bus served all slaves at some time, so one served slave is enough. The same
-    /// holds for two masters that do not hear each other. Without an active master, no slave may be left that a board hears.
+    /// Returns whether the network is served. `was_split`: no bus served all slaves at some time, so one served slave
+    /// is enough. The same holds for two masters that do not hear each other. Without an active master there must be no
+    /// slave that a board hears.
     pub fn is_served(&self, was_split: bool) -> bool {
         match self.command() {
             Command::Nobody => !self
@@ -57,13 +58,14 @@ impl View<'_> {
             .all(|slave| !self.is_heard(master, slave, bus) || self.slaves[slave].bus == Some(bus))
     }
 
-    /// Whether a master changed the bus since the view before, with slaves in reach. The reason for it must be an unserved slave.
+    /// Returns whether a master with slaves in reach changed the bus since the view before. Such a change needs an
+    /// unserved slave.
     pub fn has_moved(&self, master: usize) -> bool {
         self.masters[master].has_switched && self.has_slaves(master)
     }
 
-    /// Bdefault of a served slave, if it can be seen and is not the bus of its master: a master that is found becomes Bdefault
-    /// (ECSS 8.3.3k).
+    /// Returns Bdefault of a served slave if it is known and is not the bus of its master: Bdefault becomes the bus on
+    /// which the master is found (ECSS 8.3.3k).
     pub fn wrong_bdefault(&self, master: usize, slave: usize) -> Option<Bus> {
         let bdefault = self.slaves[slave].parameters?.bdefault;
         (self.serves(master, slave) && self.masters[master].bus != Some(bdefault)).then_some(bdefault)
@@ -130,7 +132,8 @@ mod tests {
         }
     }
 
-    /// Given a second master that is active on the redundant bus. Then the first one has to serve what it alone reaches.
+    /// Given a second master that is active on the redundant bus. Then the first one has to serve the slaves that only
+    /// it reaches.
     #[test]
     fn a_master_has_to_serve_uncontested_slaves_on_its_bus() {
         let cables = [[BOTH, NEITHER], [NOMINAL, REDUNDANT], [REDUNDANT, NEITHER], [NOMINAL, NOMINAL]];

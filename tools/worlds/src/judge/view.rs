@@ -10,9 +10,9 @@ pub const MASTERS: usize = 2;
 /// Nodes of a spacecraft at one instant, and which of them a bus joins.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
-    /// Master boards: one, or two of which one is the standby. Rules give a master by its place here.
+    /// Master boards: one, or two of which one is the standby. Rules identify a master by its index.
     pub masters: &'a [Master],
-    /// Slaves. Rules give a slave by its place here.
+    /// Slaves. Rules identify a slave by its index.
     pub slaves: &'a [Slave],
     /// Buses on which each of two masters receives the other one's frames, if both have power.
     pub joins_masters: PerBus<bool>,
@@ -36,21 +36,21 @@ pub struct Master {
 pub struct Slave {
     /// The node has power.
     pub is_powered: bool,
-    /// NMT state; Initialising where the node has not shown one.
+    /// NMT state; Initialising if unknown.
     pub state: NmtState,
-    /// Bus that it considers active; `None` where the node has not shown it.
+    /// Bus that it considers active; `None` if unknown.
     pub bus: Option<Bus>,
     /// How it accesses its buses.
     pub access: BusAccess,
     /// It ended its search without a master, and listens on its bus (ECSS 8.3.3j).
     pub has_given_up: bool,
-    /// Object 2000h; `None` where it cannot be seen.
+    /// Object 2000h; `None` if unknown.
     pub parameters: Option<Parameters>,
     /// For each master, buses whose cable joins the two. Power and controllers do not count.
     pub wired: [PerBus<bool>; MASTERS],
 }
 
-/// With power, parallel access, and no cable.
+/// A slave with power, parallel access, and no cable.
 impl Default for Slave {
     fn default() -> Self {
         Slave {
@@ -88,7 +88,7 @@ impl View<'_> {
     }
 }
 
-/// What the tests of the rules have in common.
+/// Shared code of the tests of the rules.
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;

@@ -1,21 +1,21 @@
-//! For how long the rules have not held.
+//! Duration of violations of the rules.
 
 use crate::judge::command::Command;
 use crate::judge::selector::is_toggled_too_often;
 use crate::judge::view::View;
 
-/// Counts ticks and events since the last fault. The length of a tick is the choice of the search.
+/// Counts ticks and events since the last fault. The search defines the length of a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Watch {
-    /// Ticks in a row without all slaves served that one bus can serve.
+    /// Consecutive ticks in which a slave that one bus can serve was not served.
     pub unserved: u8,
-    /// Ticks in a row in which a slave that is on the master's bus has not selected it.
+    /// Consecutive ticks in which a slave that hears the master had not selected its bus.
     pub disagreeing: u8,
-    /// Changes of the bus while all slaves were served.
+    /// Number of changes of the bus while all slaves were served.
     pub needless: u8,
-    /// Changes of role of the masters.
+    /// Number of changes of role of the masters.
     pub handed_over: u8,
-    /// Ticks in a row in which two active masters heard each other.
+    /// Consecutive ticks in which two active masters heard each other.
     pub rivalling: u8,
     /// No bus served all slaves in reach, and not all were served since.
     pub was_split: bool,
@@ -26,13 +26,13 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// A fault happened: counters begin at zero.
+    /// Handles a fault: counters restart at zero.
     pub fn restart(&mut self, view: &View) {
         *self = Watch { unserved: 0, disagreeing: 0, needless: 0, handed_over: 0, rivalling: 0, ..*self };
         self.note(view);
     }
 
-    /// Looks at what no time excuses, and at splits.
+    /// Records violations that are never allowed, and splits.
     pub fn note(&mut self, view: &View) {
         let mut parameters = view.slaves.iter().filter_map(|slave| slave.parameters.as_ref());
         self.is_toggled_too_often |= parameters.any(is_toggled_too_often);
@@ -44,8 +44,8 @@ impl Watch {
         }
     }
 
-    /// Looks at a network without a fault for `ticks`, after [`note`](Watch::note). `are_rivals`: two active masters hear each
-    /// other.
+    /// Counts `ticks` of a network without a fault, after [`note`](Watch::note). `are_rivals`: two active masters hear
+    /// each other.
     pub fn count(&mut self, view: &View, are_rivals: bool, ticks: u8) {
         let run = |ticks_so_far: u8, holds: bool| if holds { 0 } else { ticks_so_far.saturating_add(ticks) };
         if let Command::One(master) = view.command()

@@ -2,7 +2,7 @@
 
 use fastrand::Rng;
 
-/// What a crystal does, by its data sheet.
+/// Properties of a crystal by its data sheet.
 #[derive(Clone, Copy, Debug)]
 pub struct Data {
     /// Frequency at the beginning, parts per million.
@@ -26,31 +26,31 @@ pub enum Warmth {
     Steady,
     /// A straight line.
     Ramp {
-        /// Begin, seconds.
+        /// Begin of the change, seconds.
         from: f64,
-        /// Length, seconds.
+        /// Duration of the change, seconds.
         over: f64,
-        /// Change in this time.
+        /// Total change, parts per million.
         ppm: f64,
     },
     /// Up and down in straight lines.
     Cycles {
-        /// From `-ppm` to `ppm` and back.
+        /// Amplitude, parts per million: from `-ppm` to `ppm` and back.
         ppm: f64,
-        /// Seconds.
+        /// Period, seconds.
         period: f64,
     },
     /// A sine.
     Sine {
-        /// Amplitude.
+        /// Amplitude, parts per million.
         ppm: f64,
-        /// Seconds.
+        /// Period, seconds.
         period: f64,
     },
 }
 
 impl Warmth {
-    /// Parts per million at a time in seconds.
+    /// Returns the change in parts per million at a time in seconds.
     fn at(self, time: f64) -> f64 {
         match self {
             Warmth::Steady => 0.0,
@@ -65,16 +65,16 @@ impl Warmth {
 }
 
 impl Data {
-    /// The noise that the requirement names, with this offset and drift.
+    /// Returns a crystal with the noise of the requirement, and this offset and drift.
     pub fn noisy(offset_ppm: f64, drift_ppm: f64) -> Self {
         Data { offset_ppm, drift_ppm, drift_from: 0.0, warmth: Warmth::Steady, white_ppb: 1.0, walk_ppb: 2.0 }
     }
 }
 
-/// What one crystal did, as the time that a clock shows which it drives.
+/// Time of a clock that this crystal drives.
 #[derive(Clone, Debug)]
 pub struct Crystal {
-    /// Reading less true time each 10 ms, nanoseconds.
+    /// Reading minus true time each 10 ms, nanoseconds.
     ahead: Vec<f64>,
 }
 
@@ -92,7 +92,7 @@ impl Crystal {
             let middle = (point as f64 + 0.5) * step;
             let drifted = data.drift_ppm * (middle - data.drift_from).max(0.0);
             let steady = (data.offset_ppm + drifted + data.warmth.at(middle)) * 1_000.0;
-            // The integral of a step of the walk is half of it, on the mean.
+            // On average the integral of a step of the walk is half of it.
             let new_walk = walk + data.walk_ppb * step.sqrt() * normal(rng);
             phase += (steady + (walk + new_walk) / 2.0) * step + data.white_ppb * step.sqrt() * normal(rng);
             walk = new_walk;
@@ -100,14 +100,14 @@ impl Crystal {
         Crystal { ahead }
     }
 
-    /// What the clock shows at a true time, nanoseconds.
+    /// Returns the reading of the clock at a true time, nanoseconds.
     pub fn reads(&self, time: f64) -> f64 {
         let point = (time / GRID).floor().clamp(0.0, (self.ahead.len() - 2) as f64);
         let (at, part) = (point as usize, time / GRID - point);
         time + self.ahead[at] + (self.ahead[at + 1] - self.ahead[at]) * part
     }
 
-    /// True time at which the clock shows `reading`, nanoseconds.
+    /// Returns the true time at which the clock shows `reading`, nanoseconds.
     pub fn shows(&self, reading: f64) -> f64 {
         let mut time = reading;
         for _ in 0..6 {

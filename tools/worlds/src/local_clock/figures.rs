@@ -2,7 +2,7 @@
 
 use crate::local_clock::scenario::Sample;
 
-/// Of errors in nanoseconds.
+/// Figures of errors in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figures {
     /// Number of errors.
@@ -11,14 +11,14 @@ pub struct Figures {
     pub mean: f64,
     /// Root mean square.
     pub rms: f64,
-    /// Size that 99.9 % do not exceed.
+    /// Absolute error that 99.9 % do not exceed.
     pub permille: f64,
-    /// Largest size.
+    /// Largest absolute error.
     pub worst: f64,
 }
 
 impl Figures {
-    /// Of errors in nanoseconds.
+    /// Computes the figures of errors in nanoseconds.
     pub fn of(errors: impl IntoIterator<Item = f64>) -> Self {
         let errors: Vec<f64> = errors.into_iter().collect();
         let count = errors.len();
@@ -34,7 +34,7 @@ impl Figures {
         }
     }
 
-    /// Of the samples from some second on.
+    /// Computes the figures of the samples from some second on.
     pub fn from(samples: &[Sample], seconds: f64) -> Self {
         Figures::of(samples.iter().filter(|sample| sample.time >= seconds).map(|sample| sample.error))
     }

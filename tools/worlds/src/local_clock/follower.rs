@@ -1,4 +1,4 @@
-//! What can follow a master: the clock of the product, alone or in the time service of a slave.
+//! Clocks that follow a master: the clock of the product, alone or in the time service of a slave.
 
 use ecss_can::link::Stamp;
 use ecss_can::profile::Profile;
@@ -8,7 +8,7 @@ use ecss_can::types::{Bus, FineInstant, FineScet};
 
 /// A clock that is disciplined by pairs.
 pub trait Follower {
-    /// At the instant `at` it was `scet`; this is known since `now`.
+    /// Adds a pair: at the instant `at` the time was `scet`; this is known since `now`.
     fn pair(&mut self, at: FineInstant, scet: FineScet, source: TimeSource, now: FineInstant);
 
     /// Spacecraft time at an instant.
@@ -32,7 +32,7 @@ impl Follower for LocalClock {
     }
 }
 
-/// The time service of a slave: it sees how the master stamps, and knows the delay or does not.
+/// The time service of a slave: it knows the stamp source of the master, and optionally the delay.
 #[derive(Clone, Debug)]
 pub struct Slave {
     service: TimeService,
@@ -40,7 +40,7 @@ pub struct Slave {
 }
 
 impl Slave {
-    /// With the numbers of a mission. `delay` as in 2014h.
+    /// Makes a slave with the numbers of a mission. `delay` as in 2014h.
     pub fn new(profile: &Profile, delay: i32) -> Self {
         let correction = TimeCorrection { nominal: delay, redundant: delay, fine_bits: 24 };
         let service = TimeService::new(&profile.clocks, profile.network.longest_delay());

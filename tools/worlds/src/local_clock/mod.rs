@@ -1,7 +1,7 @@
 //! The local clock against emulated crystals: a master that distributes its time, and a slave that follows it.
 //!
-//! The truth is known here to a fraction of a nanosecond, so that the error of the clock is measured and not guessed.
-//! [`Scenario::run`] gives it as a series, for tests, tables and pictures.
+//! The true time is known to a fraction of a nanosecond, so that the error of the clock can be measured.
+//! [`Scenario::run`] returns it as a series, for tests, tables and pictures.
 
 pub mod crystal;
 pub mod figures;

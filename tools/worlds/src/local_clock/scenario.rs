@@ -1,4 +1,4 @@
-//! One master, one slave, and the pairs that go from one to the other.
+//! One master, one slave, and the time pairs from one to the other.
 
 use ecss_can::time::TimeSource;
 use ecss_can::time::machine::LocalClock;
@@ -17,10 +17,10 @@ pub enum Stamps {
     Interrupt,
 }
 
-/// What happens.
+/// A scenario.
 #[derive(Clone, Debug)]
 pub struct Scenario {
-    /// Of crystals and latencies.
+    /// Seed of crystals and latencies.
     pub seed: u64,
     /// Crystals of master and slave.
     pub crystals: [Data; 2],
@@ -32,7 +32,7 @@ pub struct Scenario {
     pub period: f64,
     /// SYNCs in one time PDO.
     pub divider: u64,
-    /// A SYNC is late by up to this much, nanoseconds, and differently each time.
+    /// Greatest random delay of a SYNC, nanoseconds.
     pub jitter: f64,
     /// The producer delays each SYNC by a random number of microseconds below this, on purpose.
     pub dither: u64,
@@ -40,9 +40,9 @@ pub struct Scenario {
     pub stamps: [Stamps; 2],
     /// Delay from the master to the slave that is not corrected, nanoseconds.
     pub delay: f64,
-    /// Part of the pairs that is lost.
+    /// Share of the pairs that is lost, 0 to 1.
     pub lost: f64,
-    /// No pair comes after this time, seconds.
+    /// Time after which no pair arrives, seconds.
     pub silent_from: f64,
 }
 
@@ -51,13 +51,13 @@ pub struct Scenario {
 pub struct Sample {
     /// True time, seconds.
     pub time: f64,
-    /// Slave less master, nanoseconds.
+    /// Slave minus master, nanoseconds.
     pub error: f64,
     /// Bound that the slave reports, nanoseconds.
     pub bound: f64,
 }
 
-/// Time that the master and slave have run when the slave first hears a SYNC, nanoseconds.
+/// Time that the master and slave have run when the slave first receives a SYNC, nanoseconds.
 const BOOT: f64 = 2e9;
 
 impl Scenario {
@@ -82,7 +82,7 @@ impl Scenario {
         }
     }
 
-    /// The error of `slave` over time.
+    /// Returns the error of `slave` over time.
     pub fn run(&self, slave: &mut impl Follower) -> Vec<Sample> {
         let mut rng = Rng::with_seed(!self.seed);
         let [a, b] = self.crystals.map(|data| Crystal::run(data, self.seconds + 12.0, &mut rng));
@@ -144,7 +144,7 @@ impl Scenario {
     }
 }
 
-/// How a node tells its stamps.
+/// Returns the time source that a node with these stamps reports.
 fn source(stamps: Stamps) -> TimeSource {
     match stamps {
         Stamps::Capture => TimeSource::Capture,
@@ -152,8 +152,8 @@ fn source(stamps: Stamps) -> TimeSource {
     }
 }
 
-/// A time of the master as the slave receives it: 24 binary places, and the mean of what was cut off. Of a master without
-/// capture 21 are sent, rounded.
+/// Returns a time of the master as the slave receives it: 24 binary places, plus the mean of the truncated part. A
+/// master without capture sends 21 places, rounded.
 fn sent(stamps: Stamps, scet: FineScet) -> FineScet {
     let units = match stamps {
         Stamps::Capture => scet.units() & !0xFF,
@@ -162,7 +162,7 @@ fn sent(stamps: Stamps, scet: FineScet) -> FineScet {
     FineScet::from_units(units.wrapping_add(0x80))
 }
 
-/// Stamp of what happens when the node's clock shows `reading`, nanoseconds.
+/// Returns the stamp of an event at which the node's clock shows `reading`, nanoseconds.
 fn stamp(stamps: Stamps, reading: f64, rng: &mut Rng) -> FineInstant {
     match stamps {
         // Ticks of 84 MHz, to the nearest 2^-8 µs.
@@ -178,7 +178,7 @@ fn stamp(stamps: Stamps, reading: f64, rng: &mut Rng) -> FineInstant {
     }
 }
 
-/// The instant of the node's clock next to a reading in nanoseconds.
+/// Returns the instant of the node's clock nearest to a reading in nanoseconds.
 fn local(reading: f64) -> FineInstant {
     FineInstant::from_units((reading / 3.90625).round() as u64)
 }

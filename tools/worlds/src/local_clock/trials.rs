@@ -1,4 +1,4 @@
-//! Trials of the reported bound (2015h): what crystals, stamps and losses do within what the profile states.
+//! Trials of the reported bound (2015h) with crystals, stamps and losses within the limits of the profile.
 
 use ecss_can::profile::Profile;
 use ecss_can::time::ClockPolicy;
@@ -9,18 +9,18 @@ use crate::local_clock::{Data, Sample, Scenario, Slave, Stamps, Warmth};
 pub struct Trial {
     /// Name in reports.
     pub name: &'static str,
-    /// What happens, for a seed and a period of SYNC in nanoseconds.
+    /// Makes the scenario of a seed.
     pub scenario: fn(u64) -> Scenario,
-    /// What the profile states.
+    /// Limits in the profile.
     pub clocks: ClockPolicy,
     /// 2014h of the slave.
     pub delay: i32,
 }
 
-/// A delay in 2014h that nobody has written.
+/// Value of 2014h before it was written.
 const UNKNOWN: i32 = i32::MIN;
 
-/// Crystals without drift of their own; that of the slave changes with temperature.
+/// Returns a scenario of crystals without drift of their own; that of the slave changes with temperature.
 fn warm(seed: u64, warmth: Warmth) -> Scenario {
     let quiet = Scenario::new(seed);
     let [mut master, mut slave] = quiet.crystals;
@@ -29,7 +29,7 @@ fn warm(seed: u64, warmth: Warmth) -> Scenario {
 }
 
 fn ramp(seed: u64, over: f64) -> Scenario {
-    // At another phase of the SYNC for each seed.
+    // At a different phase of the SYNC for each seed.
     let from = 40.0 + (seed % 97) as f64 / 97.0;
     warm(seed, Warmth::Ramp { from, over, ppm: 2.0 })
 }
@@ -93,7 +93,7 @@ pub const TRIALS: [Trial; 13] = [
 ];
 
 impl Trial {
-    /// Samples of one seed each 10 ms, with a SYNC each `period` nanoseconds, from the second pair on.
+    /// Returns the samples of one seed each 10 ms, with a SYNC each `period` nanoseconds, from the second pair on.
     pub fn run(&self, seed: u64, period: f64) -> Vec<Sample> {
         let profile = Profile { clocks: self.clocks, ..Profile::DEFAULT };
         assert!(profile.is_clock_sound());

@@ -1,12 +1,12 @@
-//! What the port knows of the wire's fault confinement.
+//! State of fault confinement in the port.
 
 use can_wire::controller::{ErrorCounters, ErrorKind};
 use ecss_can::link::port::{ErrorState, Health, LastError};
 
-/// From this count on a controller warns (RM0090 32.9.2, EWGF).
+/// Count from which on a controller sets the error warning (RM0090 32.9.2, EWGF).
 const WARNING: u16 = 96;
 
-/// Counters and last error as the wire told them.
+/// Counters and last error reported by the wire.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Faults {
     pub counters: ErrorCounters,
@@ -24,7 +24,7 @@ impl Faults {
         }
     }
 
-    /// Error warning, state, unacknowledged while error passive: a change of these is news.
+    /// Returns error warning, error state, and unacknowledged while error passive. A change of these is reported.
     pub fn flags(&self) -> (bool, ErrorState, bool) {
         let unacknowledged = self.state() == ErrorState::Passive && self.last_error == LastError::Ack;
         (self.counters.transmit.max(self.counters.receive) >= WARNING, self.state(), unacknowledged)

@@ -17,7 +17,7 @@ enum Slot {
         on_wire: bool,
         aborted: bool,
     },
-    /// Its end is not yet handed out.
+    /// Its result is not yet reported.
     Ended,
 }
 
@@ -25,13 +25,13 @@ enum Slot {
 pub(super) struct Mailboxes([Slot; MAILBOXES]);
 
 impl Mailboxes {
-    /// `None` when no mailbox may take the frame now.
+    /// Puts a frame into a mailbox. Returns `None` if no mailbox may take it now.
     pub fn put(&mut self, frame: Frame, now: Time) -> Option<usize> {
         let free = self.0.iter().filter(|slot| matches!(slot, Slot::Free)).count();
         if free < if is_urgent(frame.id()) { 1 } else { 2 } {
             return None;
         }
-        // Equal COB-IDs go by mailbox number: only above those that wait already.
+        // Equal COB-IDs are sent in the order of mailbox numbers, so only mailboxes above waiting ones are allowed.
         let same =
             |slot: &Slot| matches!(slot, Slot::Pending { frame: other, .. } if other.id() == frame.id());
         let first = self.0.iter().rposition(same).map_or(0, |last| last + 1);
@@ -40,7 +40,7 @@ impl Mailboxes {
         Some(mailbox)
     }
 
-    /// What goes out when an arbitration begins at `at`.
+    /// Returns the frame for an arbitration that begins at `at`.
     pub fn best(&self, at: Time) -> Option<(usize, Frame)> {
         let ready = self.0.iter().enumerate().filter_map(|(mailbox, slot)| match slot {
             Slot::Pending { frame, since, aborted: false, .. } if *since <= at => Some((mailbox, *frame)),
@@ -49,7 +49,7 @@ impl Mailboxes {
         ready.min_by_key(|(mailbox, frame)| (frame.id(), *mailbox))
     }
 
-    /// Since when a frame waits.
+    /// Returns since when a frame waits.
     pub fn waiting_since(&self) -> Option<Time> {
         let waiting = self.0.iter().filter_map(|slot| match slot {
             Slot::Pending { since, aborted: false, .. } => Some(*since),
@@ -58,19 +58,19 @@ impl Mailboxes {
         waiting.min()
     }
 
-    /// The frame of this mailbox starts.
+    /// Records the start of the frame of this mailbox.
     pub fn start(&mut self, mailbox: usize) {
         if let Slot::Pending { on_wire, .. } = &mut self.0[mailbox] {
             *on_wire = true;
         }
     }
 
-    /// The mailbox whose frame is on the wire.
+    /// Returns the mailbox whose frame is on the wire.
     pub fn on_wire(&self) -> Option<usize> {
         self.0.iter().position(|slot| matches!(slot, Slot::Pending { on_wire: true, .. }))
     }
 
-    /// The frame on the wire did not make it: it waits again. Returns its mailbox when it was to be aborted.
+    /// Handles a failed frame on the wire: it waits again. Returns its mailbox if it was to be aborted.
     pub fn retry(&mut self) -> Option<usize> {
         let mailbox = self.on_wire()?;
         let Slot::Pending { on_wire, aborted, .. } = &mut self.0[mailbox] else { return None };
@@ -78,7 +78,7 @@ impl Mailboxes {
         aborted.then_some(mailbox)
     }
 
-    /// Whether the abort takes effect now; a frame on the wire ends by itself.
+    /// Aborts a mailbox. Returns whether the abort takes effect now; a frame on the wire is completed first.
     pub fn abort(&mut self, mailbox: usize) -> bool {
         match self.0.get_mut(mailbox) {
             Some(Slot::Pending { on_wire, aborted, .. }) => {

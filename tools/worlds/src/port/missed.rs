@@ -7,12 +7,12 @@ use ecss_can::types::Frame;
 
 type IsMissed = dyn Fn(&Frame) -> bool;
 
-/// Frames that a controller acknowledges on the bus and does not give to its task. None by default.
+/// Frames that a controller acknowledges on the bus but does not pass to its task. None by default.
 #[derive(Clone, Default)]
 pub(crate) struct Missed(Option<Rc<IsMissed>>);
 
 impl Missed {
-    /// The frames for which `is_missed` returns true, at the end of the frame.
+    /// Makes the set of the frames for which `is_missed` returns true at their end.
     pub fn those(is_missed: impl Fn(&Frame) -> bool + 'static) -> Missed {
         Missed(Some(Rc::new(is_missed)))
     }

@@ -1,4 +1,4 @@
-//! A mock of the boards' CAN port, with the promises of [`CanPort`] and nothing else.
+//! A mock of the boards' CAN port, with exactly the guarantees of [`CanPort`].
 //!
 //! Two sides share one state: a task holds the port ([`CanPort`]), a wire the controller
 //! ([`Controller`](can_wire::controller::Controller)).
@@ -31,13 +31,13 @@ pub use one::{BoardPort, MockSide, MockSwitch, one_controller};
 
 /// Received frames that wait for the task; more are lost and counted.
 pub const RECEIVE_DEPTH: usize = 16;
-/// Acceptance filters, as many as the boards have.
+/// Number of acceptance filters, as on the boards.
 const FILTERS: usize = 28;
 /// Bit time at 1 Mbit/s.
 pub const BIT: Time = Time(TICKS_PER_US);
 
-/// A CAN controller of a node. Clones are the same controller. Behind a transceiver switch it is that of each bus, plugged in where the
-/// switch is.
+/// A CAN controller of a node. Clones are the same controller. With a transceiver switch it is the controller of each
+/// bus, connected to the selected one.
 #[derive(Clone, Debug)]
 pub struct MockPort {
     plugs: Vec<Rc<RefCell<Chip>>>,
@@ -49,65 +49,65 @@ pub struct MockPort {
 struct Chip {
     clock: MockClock,
     timing: BitTiming,
-    /// Set when the wire sees another thing than before.
+    /// Set when the state for the wire has changed.
     changed: Rc<Cell<bool>>,
     filters: Vec<Filter>,
-    /// How often each of them was replaced.
+    /// Number of replacements of each filter.
     replaced: Vec<u32>,
     missed: Missed,
-    /// Since when it is on the bus.
+    /// Instant since which it is on the bus.
     on_bus: Option<Time>,
     /// It has seen 11 recessive bits since (RM0090 32.4.2).
     joined: bool,
-    /// It went off the bus, and the wire does not know yet.
+    /// It left the bus, and the wire has not been informed yet.
     gone: Cell<bool>,
-    /// Number of this life, from reset to reset.
+    /// Number of resets.
     power_cycle: u32,
-    /// Off the bus as soon as the frame on the wire has ended.
+    /// Leaves the bus as soon as the frame on the wire has ended.
     leaving: bool,
     /// Drives no dominant bit.
     listens: bool,
-    /// Comes back on the bus when it has left, to listen or to send.
+    /// Mode in which it rejoins the bus after it has left: listening or not.
     back: Option<bool>,
     mailboxes: Mailboxes,
-    /// The mailbox whose frame the wire was given last.
+    /// Mailbox whose frame was last given to the wire.
     contending: Cell<Option<usize>>,
     faults: Faults,
-    /// Told to recover from bus-off.
+    /// Recovery from bus-off was requested.
     recovers: bool,
-    /// Ends of mailboxes and received frames, in the order of time.
+    /// Results of mailboxes and received frames, in chronological order.
     events: VecDeque<PortEvent>,
     received: usize,
     lost: u16,
-    /// Flags of the error state as told last.
+    /// Flags of the error state as last reported.
     told: (bool, ErrorState, bool),
     waker: Option<Waker>,
 }
 
 impl MockPort {
-    /// A controller at power-on, off the bus.
+    /// Makes a controller at power-on, off the bus.
     pub fn new(clock: MockClock) -> Self {
         MockPort::that_sets(clock, Rc::default())
     }
 
-    /// As [`MockPort::new`], on a wire that is to look again when `changed` is set.
+    /// As [`MockPort::new`], with a flag `changed` that is set when the wire has to query it again.
     pub fn that_sets(clock: MockClock, changed: Rc<Cell<bool>>) -> Self {
         changed.set(true);
         let chip = Rc::new(RefCell::new(Chip::new(clock, changed, 0)));
         MockPort { plugs: vec![chip], position: Rc::default() }
     }
 
-    /// Sets the bit timing, in place of 1 Mbit/s. It outlives a reset.
+    /// Sets the bit timing, in place of 1 Mbit/s. The setting survives a reset.
     pub(crate) fn set_timing(&self, timing: BitTiming) {
         self.chip_mut().timing = timing;
     }
 
-    /// Sets the frames that the controller misses. They outlive a reset.
+    /// Sets the frames that the controller misses. The setting survives a reset.
     pub(crate) fn set_missed(&self, missed: Missed) {
         self.chip_mut().missed = missed;
     }
 
-    /// A chip reset, or another power-on with a new clock.
+    /// Handles a chip reset, or another power-on with a new clock.
     pub fn reset(&self, clock: MockClock) {
         let power_cycle = self.chip().power_cycle + 1;
         let gone = self.chip().on_bus.is_some() || self.chip().gone.get();
@@ -118,7 +118,7 @@ impl MockPort {
             Chip { timing, missed, gone: Cell::new(gone), ..Chip::new(clock, changed, power_cycle) };
     }
 
-    /// Whether it is off the bus, and a frame that was on the wire has ended.
+    /// Returns whether it is off the bus, and a frame that was on the wire has ended.
     pub fn is_off_bus(&self) -> bool {
         let chip = self.chip();
         chip.on_bus.is_none() && !chip.leaving
@@ -147,7 +147,7 @@ impl MockPort {
     }
 }
 
-/// A controller that may change. The wire is told of what it sees.
+/// Guard of a change to a controller. It informs the wire of changes.
 struct Changing<'a> {
     chip: RefMut<'a, Chip>,
     before: Shown,
@@ -181,7 +181,7 @@ impl Drop for Changing<'_> {
     }
 }
 
-/// What the wire sees of a controller: attachment, departure, since when a frame waits.
+/// State of a controller for the wire: attachment, departure, since when a frame waits.
 type Shown = (Option<Attachment>, bool, Option<Time>);
 
 impl Chip {
@@ -220,12 +220,12 @@ impl Chip {
         self.clock.timeline().now()
     }
 
-    /// Captured at the end of the frame.
+    /// Returns a stamp captured at the end of the frame.
     fn stamp(&self, at: Time) -> Stamp {
         Stamp::captured(self.clock.fine(at))
     }
 
-    /// Joined, not on its way out, not bus-off.
+    /// Returns whether it may send: joined, not leaving, not bus-off.
     fn may_send(&self) -> bool {
         self.joined && !self.leaving && !self.listens && self.faults.state() != ErrorState::BusOff
     }
@@ -252,7 +252,7 @@ impl Chip {
         }
     }
 
-    /// To listen, or to send again, is to leave the bus and to come back.
+    /// Changes between listening and sending by leaving and rejoining the bus.
     fn go_on_bus(&mut self, listens: bool) {
         if self.on_bus.is_some() && self.listens != listens {
             (0..MAILBOXES).for_each(|mailbox| self.abort(mailbox));

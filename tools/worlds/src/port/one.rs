@@ -12,7 +12,7 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 
 use super::{FILTERS, MAILBOXES, MockPort};
 
-/// The switch of a controller. The error counters of the controller are those of each bus: the real one takes them along.
+/// The switch of a controller. The controller keeps its error counters when the bus changes, as the real one does.
 #[derive(Debug)]
 pub struct MockSwitch {
     plugs: PerBus<MockPort>,
@@ -24,7 +24,7 @@ pub type MockSide = Side<NoopRawMutex, MockPort, MockSwitch>;
 
 /// The ports of a node with one controller, on the wires of `plugs`.
 pub fn one_controller(plugs: &PerBus<MockPort>) -> PerBus<MockSide> {
-    // Nowhere before the first selection.
+    // No position before the first selection.
     let position = Rc::new(Cell::new(usize::MAX));
     let chips = Bus::ALL.map(|bus| plugs[bus].plugs[0].clone()).into();
     let controller = MockPort { plugs: chips, position: position.clone() };
@@ -34,7 +34,7 @@ pub fn one_controller(plugs: &PerBus<MockPort>) -> PerBus<MockSide> {
 
 impl TransceiverSwitch for MockSwitch {
     /// # Panics
-    /// When the controller still drives the bus that it is to lose, or reports of it.
+    /// When the controller is still on the old bus, or has pending events of it.
     fn select(&mut self, bus: Bus) {
         if let Some(&from) = Bus::ALL.get(self.position.replace(bus as usize)) {
             let plug = &self.plugs[from];
@@ -52,13 +52,13 @@ impl Movable for MockPort {
 
 /// A port of a board.
 pub enum BoardPort {
-    /// A controller of its own.
+    /// Has its own controller.
     Own(MockPort),
-    /// It shares one with the port of the other bus.
+    /// Shares a controller with the port of the other bus.
     Shared(MockSide),
 }
 
-/// The same for both.
+/// Calls the same method for both variants.
 macro_rules! either {
     ($port:expr, $inner:ident => $work:expr) => {
         match $port {

@@ -1,4 +1,4 @@
-//! The port as the wire sees it.
+//! Interface of the port to the wire.
 
 use can_wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
 use can_wire::frame::{WireFrame, WireId};
@@ -14,7 +14,7 @@ impl Controller for MockPort {
     fn attachment(&self) -> Option<Attachment> {
         let chip = self.chip();
         if chip.gone.take() {
-            // Off and on again at the same instant are two things: the wire has to look once more.
+            // Leaving and rejoining at the same instant are two changes: the wire has to query again.
             chip.changed.set(true);
             chip.clock.timeline().interrupt();
             return None;
@@ -65,7 +65,7 @@ impl Chip {
         Some(Attachment { recovers, power_cycle, silent, since, ..Attachment::new(self.timing) })
     }
 
-    /// Since when a frame waits that may go out.
+    /// Returns since when a frame that may be sent waits.
     pub(super) fn waits_since(&self) -> Option<Time> {
         if self.may_send() { self.mailboxes.waiting_since() } else { None }
     }
@@ -76,7 +76,7 @@ impl Chip {
         }
     }
 
-    /// Automatic retransmission, unless the frame is to be aborted.
+    /// Handles automatic retransmission, unless the frame is to be aborted.
     fn on_retry(&mut self) {
         if let Some(mailbox) = self.mailboxes.retry() {
             self.fail(mailbox);
@@ -106,7 +106,7 @@ impl Chip {
         self.push(PortEvent::Received { frame, stamp });
     }
 
-    /// Only 11-bit data frames that a filter admits; all others were acknowledged and are of no concern.
+    /// Returns the frame if it is an 11-bit data frame that a filter admits. All others are only acknowledged.
     fn admit(&self, frame: &WireFrame) -> Option<Frame> {
         let WireId::Standard(raw) = frame.id else { return None };
         let id = CobId::new(raw).filter(|_| !frame.remote)?;
@@ -124,7 +124,7 @@ impl Chip {
                 .into_iter()
                 .for_each(|mailbox| self.fail(mailbox));
         } else if counters == ErrorCounters::default() {
-            // A recovery ends with both at zero.
+            // A recovery ends with both counters at zero.
             self.recovers = false;
         }
     }

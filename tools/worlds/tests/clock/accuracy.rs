@@ -1,4 +1,4 @@
-//! How near the local clock comes to the master's, with the crystals of the requirement.
+//! Accuracy of the local clock against the master's, with the crystals of the requirement.
 
 use ecss_can::time::machine::LocalClock;
 use fastrand::Rng;
@@ -52,7 +52,7 @@ fn lost_pairs_cost_little() {
 fn long_and_short_intervals_are_followed() {
     let fast = figures(3, |seed| Scenario { period: 1e7, seconds: 40.0, ..Scenario::new(seed) });
     assert!(fast.rms <= 5.0, "{fast:?}");
-    // The third pair comes at 30 s.
+    // The third pair arrives at 30 s.
     let slow = figures(3, |seed| Scenario { period: 1e10, seconds: 200.0, ..Scenario::new(seed) });
     assert!(slow.rms <= 300.0, "{slow:?}");
 }
@@ -63,7 +63,8 @@ fn stamps_of_interrupts_give_a_microsecond() {
     assert!(figures.rms <= 400.0 && figures.permille <= 2_000.0, "{figures:?}");
 }
 
-/// Given crystals that begin to drift in the middle, then the clock is wrong by microseconds for seconds, and right again.
+/// Given crystals that begin to drift in the middle, then the clock has errors of microseconds for seconds, and is
+/// accurate again.
 #[test]
 fn a_drift_that_begins_is_followed_within_ten_seconds() {
     let scenario = |seed| {
@@ -81,8 +82,8 @@ fn a_drift_that_begins_is_followed_within_ten_seconds() {
     }
 }
 
-/// Given the same five seeds, then the clock's filter is at least as good as least squares over the best of several windows, whose figures
-/// are here (docs/decisions/clock-estimator.md).
+/// Given the same five seeds, then the clock's filter is at least as good as least squares over the best of several
+/// windows, whose figures are in the test (docs/decisions/clock-estimator.md).
 #[test]
 fn the_filter_is_better_than_a_window() {
     for (scenario, window) in [(Scenario::new as fn(u64) -> Scenario, 15.55), (ten_hertz, 6.57)] {

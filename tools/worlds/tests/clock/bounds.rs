@@ -1,4 +1,4 @@
-//! The reported bound (2015h) while crystals, stamps and losses do what the profile states.
+//! The reported bound (2015h) with crystals, stamps and losses within the limits of the profile.
 
 use host_worlds::local_clock::trials::TRIALS;
 

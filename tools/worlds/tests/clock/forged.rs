@@ -1,4 +1,4 @@
-//! Spacecraft times that somebody forged, or that were corrupted.
+//! Spacecraft times that were forged or corrupted.
 
 use ecss_can::time::TimeSource;
 use ecss_can::time::machine::LocalClock;
@@ -8,7 +8,7 @@ use ecss_can::types::{FineInstant, FineScet};
 struct World {
     clock: LocalClock,
     second: u64,
-    /// Largest part of the bound that the error took.
+    /// Largest ratio of the error to the bound.
     worst: f64,
 }
 
@@ -22,7 +22,8 @@ impl World {
         world
     }
 
-    /// So many times, each off by `off` units of 2^-32 s. Between two of them the clock is compared with the truth.
+    /// Receives `times` times, each off by `off` units of 2^-32 s. Between two of them the clock is compared with the
+    /// true time.
     fn hear(&mut self, times: u64, off: i64) {
         for _ in 0..times {
             self.second += 1;
@@ -51,7 +52,7 @@ const HALF_A_MS: i64 = (UNITS_PER_SECOND / 2_000) as i64;
 const HALF_A_SECOND: i64 = (UNITS_PER_SECOND / 2) as i64;
 
 /// Given 1 to 9 forged times in a row, 0.5 ms or 0.5 s off, then the error is never above the bound, and a minute later
-/// the clock is right again.
+/// the clock is correct again.
 #[test]
 fn forged_times_keep_the_error_in_the_bound() {
     for off in [HALF_A_MS, -HALF_A_MS, HALF_A_SECOND, -HALF_A_SECOND] {
@@ -75,7 +76,7 @@ fn two_forged_times_move_nothing() {
     }
 }
 
-/// Given times that go on to be 0.5 s off, then the third moves the clock, and nine more confirm it.
+/// Given times that are continuously 0.5 s off, then the third moves the clock, and nine more confirm it.
 #[test]
 fn bound_is_wide_until_a_step_is_confirmed() {
     let mut world = World::synchronised();
@@ -91,7 +92,8 @@ fn bound_is_wide_until_a_step_is_confirmed() {
     assert!(bound(&world) < 1_000, "{}", bound(&world));
 }
 
-/// Given forged times that do not agree with each other at the rate of any two crystals, then none of them moves the clock.
+/// Given forged times that do not agree with each other at the rate of any two crystals, then none of them changes the
+/// clock.
 #[test]
 fn times_that_contradict_each_other_move_nothing() {
     let mut world = World::synchronised();

@@ -1,17 +1,17 @@
-//! The bound that the clock reports while no SYNC comes.
+//! The bound that the clock reports while there is no SYNC.
 
 use ecss_can::time::machine::LocalClock;
 use host_worlds::local_clock::trials::STEADY;
 use host_worlds::local_clock::{Figures, Scenario, Stamps};
 
-/// Given 100 seeds, when the SYNC stops after `after` seconds, then the error stays inside the reported bound for `hold`
-/// seconds, and the median of the bounds at the end is at most `most` microseconds: crystals that drift by 0.2 ppm/s may drift by as
-/// much to the other side at once, which is an error of 0.2 µs by the square of the seconds.
+/// Given 100 seeds, when the SYNC stops after `after` seconds, then the error stays inside the reported bound for
+/// `hold` seconds, and the median of the bounds at the end is at most `most` microseconds: crystals that drift by 0.2
+/// ppm/s may reverse their drift at once, which is an error of 0.2 µs by the square of the seconds.
 fn check_holdover(after: f64, hold: f64, most: f64, scenario: impl Fn(u64) -> Scenario) {
     let (mut errors, mut bounds) = (Vec::new(), Vec::new());
     for seed in 0..100 {
         let scenario = scenario(seed);
-        // A pair is on its way for 5 ms at most.
+        // A pair is delayed by at most 5 ms.
         let scenario =
             Scenario { silent_from: after, seconds: after + hold + 0.01, sampled: 1e8, ..scenario };
         let samples = scenario.run(&mut LocalClock::new(&STEADY));

@@ -6,14 +6,14 @@ use ecss_can::types::{FineInstant, FineScet};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// What comes next.
+/// Event of a schedule.
 #[derive(Clone, Debug)]
 enum Event {
-    /// Milliseconds without anything.
+    /// Milliseconds without an event.
     Silence(u32),
     /// A SYNC, and the pair some units of 2^-8 µs later. The pair is off by nanoseconds.
     Pair { source: TimeSource, late: u32, off: i32 },
-    /// The producer's time is set: it jumps by microseconds.
+    /// The producer's time is set: it jumps by this number of microseconds.
     Jump(i64),
     /// Another producer: its time is off by microseconds, its crystal by 10^-9.
     Producer { off: i32, rate: i32 },
@@ -44,18 +44,18 @@ fn event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Producer, slave, and what was read from the slave's clock last.
+/// Producer, slave, and the last reading of the slave's clock.
 struct World {
     clock: LocalClock,
-    /// Present by the slave, units of 2^-8 µs.
+    /// Present on the slave's clock, units of 2^-8 µs.
     now: u64,
-    /// Producer's time at `since`, and how fast it runs, 10^-9.
+    /// Producer's time at `since`, and its rate error in units of 10^-9.
     scet: u64,
     since: u64,
     rate: i64,
     read: Option<(u64, u64)>,
     steps: u16,
-    /// A pair came since the reset.
+    /// A pair was received since the reset.
     is_paired: bool,
 }
 
@@ -77,7 +77,7 @@ impl World {
         }
     }
 
-    /// The producer's time at an instant of the slave.
+    /// Returns the producer's time at an instant of the slave.
     fn truth(&self, at: u64) -> u64 {
         let passed = i128::from(at) - i128::from(self.since);
         let units = passed * SECOND * i128::from(1_000_000_000 + self.rate) / (UNITS * 1_000_000_000);
@@ -93,7 +93,8 @@ impl World {
         self.clock.at(FineInstant::from_units(at)).units()
     }
 
-    /// Between two reads the clock runs no more than 0.2 % fast or slow: it never runs backwards, and no second is lost.
+    /// Checks that between two reads the clock runs at most 0.2 % fast or slow: it never runs backwards, and no second
+    /// is lost.
     fn read(&mut self) {
         let shown = self.at(self.now);
         if let Some((at, before)) = self.read {
@@ -108,7 +109,7 @@ impl World {
     }
 
     fn pass(&mut self, units: u64) {
-        // Often, where something may change, and at the end.
+        // At short distances, where something may change, and at the end.
         for part in [units / 1_000, units / 50, units / 3] {
             self.now += part;
             self.read();
@@ -117,7 +118,7 @@ impl World {
         self.read();
     }
 
-    /// The first instant of a time is the one that `when` gives.
+    /// Checks that `when` returns the first instant of a time.
     fn check_when(&self, scet: u64) {
         let when = self.clock.when(FineScet::from_units(scet)).units();
         let since = |at| self.at(at).wrapping_sub(scet) as i64;
@@ -167,7 +168,7 @@ impl World {
     }
 }
 
-/// `count` random schedules, the same each time; PROPTEST_CASES makes more.
+/// Configures `count` random schedules, the same each time; PROPTEST_CASES changes the number.
 fn cases(count: u32) -> ProptestConfig {
     let config = ProptestConfig {
         failure_persistence: None,
@@ -206,8 +207,8 @@ fn extreme() -> impl Strategy<Value = u64> {
 proptest! {
     #![proptest_config(cases(1_000))]
 
-    /// Given any instants and times in any order, nothing overflows: a step leads exactly to the time that was set or brought, and
-    /// is counted; a pair that steers or is refused leaves what the clock shows at the present as it was.
+    /// Given any instants and times in any order, nothing overflows. A step leads exactly to the time that was set or
+    /// received, and is counted. A pair that only corrects the rate or is refused does not change the present reading.
     #[test]
     fn any_instants_and_times_are_taken(
         calls in prop::collection::vec((0..6_u8, source(), extreme(), extreme(), extreme()), 1..50),

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use super::LINE;
 
-/// `N` lines, any of them for any line of flash.
+/// Fully associative cache with `N` lines.
 #[derive(Clone, Debug)]
 pub struct Cache<const N: usize> {
     places: [Place; N],
-    /// Place + 1 of each line of flash, 0 for none.
+    /// For each line of flash: its place in the cache plus 1, or 0 if it is not cached.
     place_of: Vec<u8>,
     /// The places in the order of their last use: the most recent one and the least recent one.
     newest: u8,
@@ -27,7 +27,7 @@ struct Place {
 }
 
 impl<const N: usize> Cache<N> {
-    /// Empty, for a flash of so many lines.
+    /// Makes an empty cache for a flash of `flash_lines` lines.
     pub fn new(flash_lines: u32) -> Self {
         let place = |n: usize| Place {
             previous: n.saturating_sub(1) as u8,
@@ -50,12 +50,12 @@ impl<const N: usize> Cache<N> {
         usize::from(*self.place_of.get(line as usize)?).checked_sub(1)
     }
 
-    /// Whether the line is there. Uses nothing.
+    /// Returns whether the line is cached, without marking it as used.
     pub fn holds(&self, line: u32) -> bool {
         self.place(line).is_some()
     }
 
-    /// Uses the line, if it is there.
+    /// Marks the line as used if it is cached. Returns whether it is.
     pub fn find(&mut self, line: u32) -> bool {
         let place = self.place(line);
         if let Some(place) = place {
@@ -81,7 +81,7 @@ impl<const N: usize> Cache<N> {
         self.newest = place;
     }
 
-    /// Takes a line in that is not there, in place of the least recently used one.
+    /// Inserts a line that is not cached, in place of the least recently used one.
     pub fn insert(&mut self, line: u32) {
         let place = self.oldest;
         self.note_use(place);
@@ -93,7 +93,7 @@ impl<const N: usize> Cache<N> {
         self.place_of[line as usize] = place + 1;
     }
 
-    /// Forgets everything.
+    /// Empties the cache.
     pub fn clear(&mut self) {
         for place in &mut self.places {
             if let Some(line) = place.line.take() {
@@ -103,7 +103,7 @@ impl<const N: usize> Cache<N> {
         }
     }
 
-    /// Flash changes at `range`, where it held `old`: lines of it go on showing that.
+    /// Handles a change of flash at `range`, where it held `old`: cached lines keep that content.
     pub fn keep(&mut self, range: &Range<u32>, old: &[u8]) {
         for place in &mut self.places {
             let Some(at) = place.line.and_then(|line| within(range, line)) else { continue };
@@ -132,18 +132,18 @@ impl<const N: usize> Cache<N> {
         }
     }
 
-    /// Whether a line shows what flash no longer holds.
+    /// Returns whether a line differs from flash.
     pub fn is_stale(&self) -> bool {
         self.places.iter().any(|place| place.old.is_some())
     }
 
-    /// What a line shows that flash no longer holds.
+    /// Returns the content of a line that differs from flash.
     pub fn stale(&self, line: u32) -> Option<[u8; LINE as usize]> {
         self.places[self.place(line)?].old
     }
 }
 
-/// Where in `range`, which is made of whole lines, a line lies.
+/// Returns the part of `range`, which consists of whole lines, that is this line.
 fn within(range: &Range<u32>, line: u32) -> Option<Range<usize>> {
     let start = (line * LINE).checked_sub(range.start)? as usize;
     (line * LINE < range.end).then_some(start..start + LINE as usize)

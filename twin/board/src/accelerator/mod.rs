@@ -1,22 +1,25 @@
-//! What stands between a core and its flash: wait states, prefetch, instruction cache, data cache.
+//! Flash accelerator between a core and its flash: wait states, prefetch, instruction cache, data cache.
 //!
 //! RM0090 3.5 ("Adaptive real-time memory accelerator") and RM0390 3.4, as FLASH_ACR sets it. Time is counted per access:
 //!
-//! * The flash gives a line of 128 bits. A read takes LATENCY + 1 cycles and is never broken off; one read at a time.
-//! * Instructions in the line in use cost nothing. With PRFTEN the next line is read ahead as soon as a line is in use;
-//!   a core that comes before it is there waits for the rest.
-//! * With ICEN a line that is neither in use nor read ahead is looked for in 64 lines, the least recently used of which
-//!   it replaces when it is not found. Lines that were read ahead are not kept, as the manual says.
-//! * With DCEN loads (literals, constants) find 8 lines in the same way. Without it each load reads the flash.
+//! * The flash gives a line of 128 bits. A read takes LATENCY + 1 cycles and is never interrupted. There is one read at
+//!   a time.
+//! * Instructions in the line in use cost nothing. With PRFTEN the next line is prefetched as soon as a line is in use.
+//!   A core that needs it earlier waits for the rest of the read.
+//! * With ICEN a line that is neither in use nor prefetched is looked up in a cache of 64 lines. If it is missing, it
+//!   replaces the least recently used line. Prefetched lines are not cached, as the manual says.
+//! * With DCEN loads (literals, constants) use a cache of 8 lines in the same way. Without it each load reads the
+//!   flash.
 //! * Vectors come over the instruction bus while the core stacks its registers, so they cost nothing and use a line.
 //!
-//! An erase leaves both caches as they are and programming leaves the instruction cache as it is: until it is reset, such
-//! a line shows what the flash held before. A line of the data cache takes what the core stores to flash. Until that cache is
-//! reset, it shows the stored bits, which the flash itself may not have taken. A reset of the chip empties both.
+//! An erase leaves both caches as they are and programming leaves the instruction cache as it is: until it is reset,
+//! such a line shows what the flash held before. A line of the data cache takes what the core stores to flash. Until
+//! that cache is reset, it shows the stored bits, which may differ from the flash. A reset of the chip empties both
+//! caches.
 //!
-//! The model is on the slow side of a real part: the core's own fetch of some halfwords ahead hides none of the
-//! cycles, and each halfword of an unaligned load reads anew while the data cache is off. The order of two accesses in
-//! one instruction is kept, their distance is not. The line in use and the line read ahead are never stale.
+//! The model is on the slow side of a real part: the core's prefetch of some halfwords hides none of the cycles, and
+//! each halfword of an unaligned load is read separately while the data cache is off. The order of two accesses in one
+//! instruction is modelled, the time between them is not. The line in use and the prefetched line are never stale.
 
 mod cache;
 #[cfg(test)]
@@ -39,19 +42,19 @@ pub(crate) const DCEN: u32 = 1 << 10;
 pub(crate) const ICRST: u32 = 1 << 11;
 pub(crate) const DCRST: u32 = 1 << 12;
 
-/// How much time flash takes.
+/// Timing of flash reads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FlashTiming {
-    /// As the program sets it in FLASH_ACR.
+    /// As the program configures it in FLASH_ACR.
     #[default]
     AsSet,
-    /// The wait states of FLASH_ACR, prefetch and caches off whatever the program sets.
+    /// The wait states of FLASH_ACR; prefetch and caches are always off.
     Unaccelerated,
     /// No wait states and no caches: ideal memory.
     Ideal,
 }
 
-/// What the core reads for.
+/// Purpose of a read by the core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// An instruction.
@@ -66,20 +69,20 @@ pub(crate) enum Purpose {
 #[derive(Clone, Debug)]
 pub(crate) struct Accelerator {
     timing: FlashTiming,
-    /// Cycles that the core had to wait since they were last taken.
+    /// Wait cycles of the core since the last [`Accelerator::take_waits`].
     waits: u32,
-    /// A cache may hold a line that flash no longer holds.
+    /// A cache may hold a line that differs from flash.
     is_stale: bool,
     lines: Lines,
 }
 
 impl Accelerator {
-    /// For a flash of `bytes`, as after a reset.
+    /// Makes the accelerator of a flash of `bytes`, as after a reset.
     pub fn new(timing: FlashTiming, bytes: u32) -> Self {
         Accelerator { timing, waits: 0, is_stale: false, lines: Lines::new(bytes / LINE) }
     }
 
-    /// Counts the core's read at `offset` of flash in an instruction that began at `cycle`.
+    /// Counts a read by the core at `offset` of flash in an instruction that began at `cycle`.
     #[inline]
     pub fn count(&mut self, purpose: Purpose, offset: u32, cycle: u64) {
         let line = offset / LINE;
@@ -98,40 +101,41 @@ impl Accelerator {
         };
     }
 
-    /// Counts the core's read at `offset` of flash in an instruction that began at `cycle`. Returns the line that a cache shows in place
-    /// of the content of flash.
+    /// Counts a read by the core at `offset` of flash in an instruction that began at `cycle`. Returns the cached line
+    /// if it differs from flash.
     pub fn read(&mut self, purpose: Purpose, offset: u32, cycle: u64) -> Option<[u8; LINE as usize]> {
         self.count(purpose, offset, cycle);
         let shows_old = self.is_stale && self.timing != FlashTiming::Ideal;
         shows_old.then(|| self.lines.stale(purpose, offset / LINE)).flatten()
     }
 
-    /// Returns whether a cache may hold a line that flash no longer holds.
+    /// Returns whether a cache may hold a line that differs from flash.
     pub fn is_stale(&self) -> bool {
         self.is_stale
     }
 
-    /// Cycles that the core had to wait since the last call.
+    /// Returns the wait cycles of the core since the last call.
     #[inline]
     pub fn take_waits(&mut self) -> u32 {
         std::mem::take(&mut self.waits)
     }
 
-    /// FLASH_ACR was written.
+    /// Handles a write to FLASH_ACR.
     pub fn set(&mut self, acr: u32) {
         self.lines.set(if self.timing == FlashTiming::Unaccelerated { acr & LATENCY } else { acr });
         self.look_for_stale_lines();
     }
 
-    /// A reset of the chip.
+    /// Resets the accelerator with the chip.
     pub fn reset(&mut self) {
         self.lines = Lines::new(self.lines.instructions.flash_lines());
         self.waits = 0;
         self.look_for_stale_lines();
     }
 
-    /// Flash is about to hold `new` instead of `old` at `range`, which is made of whole lines. `stored`: the bytes that the core
-    /// stored and where, which the data cache takes as well; `None` for an erase, of which it learns nothing (RM0090 3.6.4).
+    /// Handles a change of flash from `old` to `new` at `range`, which consists of whole lines. `stored`: bytes and
+    /// offset of a store by the core, which also updates the data cache. `None` for an erase, which does not (RM0090
+    /// 3.6.4).
     pub fn change(&mut self, range: Range<u32>, old: &[u8], new: &[u8], stored: Option<(u32, &[u8])>) {
         self.lines.instructions.keep(&range, old);
         match stored {
@@ -146,7 +150,7 @@ impl Accelerator {
     }
 }
 
-/// Lines of flash and when they are there.
+/// Instruction lines read from flash, and when they are available.
 #[derive(Clone, Debug)]
 struct Lines {
     acr: u32,
@@ -154,9 +158,9 @@ struct Lines {
     data: Cache<8>,
     /// The instruction line in use.
     current: u32,
-    /// The line read ahead, and the first cycle in which it costs nothing.
+    /// The prefetched line, and the first cycle in which it costs nothing.
     ahead: (u32, u64),
-    /// The first cycle in which flash can have another line ready.
+    /// The first cycle in which flash can deliver another line.
     next: u64,
 }
 
@@ -174,7 +178,7 @@ impl Lines {
         if acr & DCRST != 0 {
             self.data.clear();
         }
-        // What the core asks for next is looked up by the new rules.
+        // The next access is looked up with the new settings.
         (self.current, self.ahead) = (NO_LINE, (NO_LINE, 0));
     }
 
@@ -182,7 +186,7 @@ impl Lines {
         self.acr & bit != 0
     }
 
-    /// The core needs an instruction at `now`: cycles that it waits.
+    /// Fetches an instruction at `now`. Returns the wait cycles.
     fn fetch(&mut self, now: u64, line: u32) -> u32 {
         let waits = if self.is_on(ICEN) && self.instructions.find(line) {
             0
@@ -204,7 +208,7 @@ impl Lines {
         waits
     }
 
-    /// The core needs a literal or constant at `now`: cycles that it waits.
+    /// Loads a literal or constant at `now`. Returns the wait cycles.
     fn load(&mut self, now: u64, line: u32) -> u32 {
         if self.is_on(DCEN) {
             if self.data.find(line) {
@@ -220,13 +224,13 @@ impl Lines {
         u64::from(self.acr & LATENCY) + 1
     }
 
-    /// A read that the core waits for.
+    /// Reads a line while the core waits. Returns the wait cycles.
     fn read(&mut self, now: u64) -> u32 {
         let ready = self.deliver(now + self.span() - 1);
         (ready - now) as u32
     }
 
-    /// The cycle in which flash has a line ready that it could have at `earliest`.
+    /// Returns the cycle in which flash delivers a line, `earliest` or later.
     fn deliver(&mut self, earliest: u64) -> u64 {
         let ready = self.next.max(earliest);
         self.next = ready + self.span();

@@ -12,7 +12,7 @@ fn accelerator(acr: u32) -> Accelerator {
     accelerator
 }
 
-/// Runs instructions of one cycle each at these offsets, from `cycle` on: the cycle after the last.
+/// Runs instructions of one cycle each at these offsets, from `cycle` on. Returns the cycle after the last.
 fn run(accelerator: &mut Accelerator, mut cycle: u64, offsets: impl IntoIterator<Item = u32>) -> u64 {
     for offset in offsets {
         accelerator.read(Purpose::Fetch, offset, cycle);
@@ -21,7 +21,7 @@ fn run(accelerator: &mut Accelerator, mut cycle: u64, offsets: impl IntoIterator
     cycle
 }
 
-/// Instructions of 32 bits, four to a line.
+/// Returns offsets of 32-bit instructions, four in each line.
 fn wide(lines: Range<u32>) -> impl Iterator<Item = u32> {
     (lines.start * LINE..lines.end * LINE).step_by(4)
 }
@@ -51,7 +51,7 @@ fn prefetch_hides_the_wait_states_of_straight_code() {
 #[test]
 fn a_branch_waits_for_the_read_ahead_to_end() {
     let mut accelerator = accelerator(WS5 | PRFTEN);
-    // The line is there in cycle 5, the next one in cycle 11, another one 6 cycles later.
+    // The line is available in cycle 5, the next one in cycle 11, another one 6 cycles later.
     assert_eq!(run(&mut accelerator, 0, [0]), 6);
     assert_eq!(run(&mut accelerator, 6, [0x100]), 11 + 6 + 1);
 }
@@ -68,7 +68,7 @@ fn a_loop_of_64_lines_costs_nothing_the_second_time() {
 fn the_least_recently_used_line_makes_room() {
     let mut accelerator = accelerator(WS5 | ICEN);
     let mut now = run(&mut accelerator, 0, wide(0..64));
-    // Line 0 is used again, so line 1 has to go for line 64.
+    // Line 0 is used again, so line 64 replaces line 1.
     now = run(&mut accelerator, now, wide(0..1));
     now = run(&mut accelerator, now, wide(64..65));
     assert_eq!(run(&mut accelerator, now, wide(0..1)), now + 4);
@@ -76,7 +76,8 @@ fn the_least_recently_used_line_makes_room() {
     assert_eq!(run(&mut accelerator, now, wide(1..2)), now + 4 + 5);
 }
 
-/// "Requested data not present in the currently used instruction line, in the prefetched line or in the cache" is kept.
+/// Only "requested data not present in the currently used instruction line, in the prefetched line or in the cache" is
+/// cached.
 #[test]
 fn lines_that_were_read_ahead_are_not_kept() {
     let mut accelerator = accelerator(WS5 | ICEN | PRFTEN);
@@ -114,7 +115,7 @@ fn without_data_cache_each_load_reads_flash() {
 fn a_load_waits_for_a_read_that_is_under_way() {
     let mut accelerator = accelerator(WS5 | PRFTEN);
     run(&mut accelerator, 0, [0]);
-    // The next line is there in cycle 11, another one 6 cycles later.
+    // The next line is available in cycle 11, another one 6 cycles later.
     assert_eq!(load(&mut accelerator, 7, 50), 11 + 6 - 7);
 }
 

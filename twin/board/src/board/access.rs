@@ -1,4 +1,4 @@
-//! Accesses that stop a board.
+//! Refused accesses, which stop a board.
 
 use std::fmt;
 
@@ -13,24 +13,24 @@ const FRAME_PC: u32 = 0x18;
 /// Bit of EXC_RETURN: the frame is on the process stack (B1.5.8).
 const ON_PROCESS_STACK: u32 = 1 << 2;
 
-/// What the program asked for and nobody could give. The board stops there.
+/// An access of the program that the model refused. The board stops there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AccessError {
     /// Name of the board.
     pub board: String,
-    /// When.
+    /// Instant of the access.
     pub at: Time,
-    /// The instruction.
+    /// Address of the instruction.
     pub pc: u32,
-    /// The function that it belongs to, if the image has symbols.
+    /// Function of the instruction, if the image has symbols.
     pub function: Option<String>,
-    /// What it accessed.
+    /// Address that was accessed.
     pub address: u32,
     /// Peripheral and register there, by the memory map of the part: `DAC.SWTRIGR`; `None` for reserved addresses.
     pub register: Option<String>,
-    /// A store, not a load or fetch.
+    /// True for a store, false for a load or fetch.
     pub write: bool,
-    /// Why it was refused.
+    /// Reason of the refusal.
     pub refusal: Refusal,
 }
 
@@ -86,7 +86,7 @@ impl EmulatedBoard {
         pc: u32,
         RefusedAccess { address, write, refusal }: RefusedAccess,
     ) -> AccessError {
-        // What the program said before is read.
+        // Reads the log of the program up to here.
         self.drain();
         let (board, at) = (self.config.name.clone(), self.now());
         let function = self.config.image.function_at(pc).map(str::to_owned);

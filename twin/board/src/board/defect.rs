@@ -1,4 +1,4 @@
-//! What may be broken on a board, beside [`Fittings`](super::Fittings).
+//! Defects of a board, in addition to those of [`Fittings`](super::Fittings).
 
 use super::EmulatedBoard;
 use crate::bxcan::StuckBits;
@@ -6,23 +6,23 @@ use crate::bxcan::StuckBits;
 /// A defect of a chip or its wires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
-    /// A register of the CAN controllers.
+    /// Stuck bits of a register of the CAN controllers.
     Can(StuckBits),
     /// The wires from CAN_RX to the capture inputs are exchanged: CAN1 to PA1, CAN2 to PA0.
     ExchangedCaptures,
-    /// The prescaler of APB1 divides by 2, whatever the program asks for.
+    /// The prescaler of APB1 always divides by 2.
     Apb1Prescaler,
-    /// A word of flash is worn: these of its bits stay ones when they are programmed to zero.
+    /// A word of flash is worn: some of its bits remain one when they are programmed to zero.
     WornFlash {
         /// Address of the word.
         address: u32,
-        /// The bits.
+        /// Bits that remain one.
         bits: u32,
     },
 }
 
 impl EmulatedBoard {
-    /// Breaks something, for good. Before the board has power: a program does not meet the change.
+    /// Adds a permanent defect. Call it before the board has power: a running program does not see the change.
     pub fn inflict(&mut self, defect: Defect) {
         match defect {
             Defect::Can(bits) => self.chip.peripherals.can.stick(bits),

@@ -1,16 +1,16 @@
-//! Devices beside the chip.
+//! Devices outside of the chip.
 
 use super::EmulatedBoard;
 use crate::devices::I2cDevice;
 
-/// Place of I2C`bus` among the three, which are numbered from 1 on.
+/// Returns the index, from 0, of I2C`bus`, which is numbered from 1.
 fn place(bus: u8) -> usize {
     assert!((1..=3).contains(&bus), "the part has I2C1 to I2C3, not I2C{bus}");
     usize::from(bus) - 1
 }
 
 impl EmulatedBoard {
-    /// The devices on the I2C buses get warmer or colder: °C.
+    /// Sets the temperature of the devices on the I2C buses, in °C.
     pub fn set_temperature(&mut self, celsius: f64) {
         self.chip.peripherals.i2c.set_temperature(celsius);
     }

@@ -1,4 +1,4 @@
-//! What differs from board to board of one model, faults of its hardware included.
+//! Hardware that differs between boards of one model, faults included.
 
 use can_wire::time::Time;
 use can_wire::transceiver::Transceiver;
@@ -9,13 +9,13 @@ use crate::peripherals::FlashSpeed;
 use crate::pin::Pin;
 use crate::wiring::{Bus, Wiring};
 
-/// What a board carries and what it feels.
+/// Fitted parts of a board and its environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fittings {
-    /// Which bus is behind which controller.
+    /// Bus of each controller.
     pub wiring: Wiring,
-    /// One controller and two transceivers: this pin connects CAN1 with the transceiver of CAN1's bus while it is
-    /// low, and with that of CAN2's bus while it is high. CAN2 has none.
+    /// For a board with one controller and two transceivers: pin that connects CAN1 with the transceiver of CAN1's bus
+    /// (low) or of CAN2's bus (high). CAN2 then has no transceiver.
     pub transceiver_switch: Option<Pin>,
     /// The two jumper wires from CAN_RX to the capture inputs, where the model of the board has them.
     pub capture_wires: bool,
@@ -23,19 +23,19 @@ pub struct Fittings {
     pub transceiver: Option<Transceiver>,
     /// Frequency of the LSI oscillator, Hz: 32 000 typical, 17 000 to 47 000 by the data sheet (DS8626 table 41).
     pub lsi_hz: u32,
-    /// An LM75 at 48h on I2C1. Any other device: [`attach_i2c`](super::EmulatedBoard::attach_i2c).
+    /// An LM75 at 48h on I2C1. For other devices see [`attach_i2c`](super::EmulatedBoard::attach_i2c).
     pub thermometer: bool,
-    /// Its temperature at first, °C.
+    /// Initial temperature of the devices, in °C.
     pub temperature_c: f64,
-    /// How much time reads of flash take.
+    /// Timing of flash reads.
     pub flash_timing: FlashTiming,
-    /// How long flash takes to program and erase.
+    /// Duration of programming and erasing flash.
     pub flash_speed: FlashSpeed,
-    /// An F405 of revision A, which must not prefetch and names itself 411h in DBGMCU_IDCODE (ES0182).
+    /// An F405 of revision A, which must not prefetch and has DEV_ID 411h in DBGMCU_IDCODE (ES0182).
     pub revision_a: bool,
-    /// The oscillator on OSC_IN works. A broken one never gets ready.
+    /// The oscillator on OSC_IN works. A broken one never becomes ready.
     pub hse_starts: bool,
-    /// How long after power-on the oscillator on OSC_IN, or the clock there, is late.
+    /// Delay after power-on until the oscillator or external clock on OSC_IN is available.
     pub hse_delay: Time,
 }
 
@@ -58,15 +58,15 @@ impl Default for Fittings {
     }
 }
 
-/// A transceiver on its bus.
+/// A transceiver that is connected to a bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Plug {
-    /// Whose bus it is by the wiring.
+    /// Controller to which the wiring assigns the bus.
     pub transceiver: Side,
-    /// The controller behind it.
+    /// Controller connected to the transceiver.
     pub controller: Side,
     pub bus: Bus,
-    /// The pin that selects it, and the level that does.
+    /// Pin that selects the transceiver, and the level for it.
     pub selected_by: Option<(Pin, bool)>,
 }
 

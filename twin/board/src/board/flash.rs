@@ -1,8 +1,8 @@
-//! What a board does for its flash: operations take their time, and power may fail in the middle of one.
+//! Flash operations of a board: they take time, and power may fail in the middle of one.
 //!
-//! While a bank programs or erases, whatever the core wants of it waits; while it programs option bytes, of both. A core that runs from RAM
-//! or from the other bank of a part with 2 MiB goes on until it fetches from the busy one; that a *load* from there would wait too is
-//! not modelled.
+//! While a bank programs or erases, accesses of the core to it wait. While option bytes are programmed, accesses to
+//! both banks wait. A core that runs from RAM or from the other bank of a part with 2 MiB continues until it fetches
+//! from the busy bank. It is not modelled that a *load* from there would wait too.
 
 use can_wire::time::Time;
 
@@ -12,12 +12,12 @@ use crate::memory::NotMemory;
 use crate::model::FLASH_BASE;
 use crate::peripherals::Change;
 
-/// What a word or sector holds after an operation on it that did not come to its end.
+/// Content of a word or sector after an interrupted operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Remains {
-    /// What it held before.
+    /// The old content.
     Old,
-    /// What it was to hold.
+    /// The intended new content.
     New,
     /// Words of both kinds, and words with bits of both, by this seed.
     Mixed(u64),
@@ -27,24 +27,24 @@ pub enum Remains {
 #[derive(Clone, Copy, Debug)]
 struct UnderWay {
     ends: Time,
-    /// When it ends, or when power fails before.
+    /// Instant of its end, or of the power failure before it.
     event: Time,
     cycle: u64,
     cut: Option<Remains>,
 }
 
-/// Operations and what is to befall them.
+/// State of flash operations and their faults.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FlashCare {
     under_way: Option<UnderWay>,
-    /// After how many operations power fails, and what remains.
+    /// Number of operations after which power fails, and the content that remains.
     cut: Option<(u64, Remains)>,
     /// Words that are worn: address, and the bits that programming does not change.
     pub(super) worn: Vec<(u32, u32)>,
 }
 
 impl FlashCare {
-    /// The cycle at which the board has to look after the flash.
+    /// Returns the cycle of the next event of the flash.
     pub(super) fn event(&self) -> u64 {
         self.under_way.map_or(u64::MAX, |operation| operation.cycle)
     }
@@ -56,14 +56,13 @@ impl FlashCare {
 }
 
 impl EmulatedBoard {
-    /// Lets power fail in the middle of a flash operation from now on, the next one being 1. It stays off until
-    /// somebody switches it on.
+    /// Makes power fail in the middle of a flash operation; 1 is the next one. Power stays off until it is switched on.
     pub fn cut_power_at(&mut self, operation: u64, remains: Remains) {
         let so_far = self.counters.flash_programs + self.counters.flash_erases;
         self.flash.cut = Some((so_far + operation, remains));
     }
 
-    /// Puts content into flash from outside, as a debug probe does.
+    /// Writes to flash from outside, as a debug probe does.
     ///
     /// # Errors
     /// [`NotMemory`] when the range leaves flash.
@@ -78,7 +77,7 @@ impl EmulatedBoard {
         self.chip.peripherals.flash.set_options(optcr);
     }
 
-    /// Sets error flags of FLASH_SR from outside, as an operation of a debug probe leaves them that failed.
+    /// Sets error flags of FLASH_SR from outside, as a failed operation of a debug probe leaves them.
     pub fn leave_flash_errors(&mut self, sr: u32) {
         self.chip.peripherals.flash.leave_errors(sr);
     }
@@ -91,7 +90,7 @@ impl EmulatedBoard {
     /// Whether the core fetches from the bank that is busy.
     #[cold]
     fn runs_from_busy_bank(&self) -> bool {
-        // Flash answers at zero too.
+        // Flash is also mapped at zero.
         let (part, pc) = (self.config.model.part, self.core.pc());
         let offset = pc.checked_sub(FLASH_BASE).unwrap_or(pc);
         let is_busy = match self.chip.peripherals.flash.operation() {
@@ -102,7 +101,7 @@ impl EmulatedBoard {
         offset < part.flash_bytes() && is_busy
     }
 
-    /// Follows the operation that the program started.
+    /// Starts timing the operation that the program started.
     pub(super) fn follow_flash(&mut self, clocks_changed: bool) {
         let Some((change, ends)) = self.chip.peripherals.flash.operation() else { return };
         if self.flash.under_way.is_none() {
@@ -129,7 +128,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// The operation under way has come to its end, or to that of its power.
+    /// Ends the operation in progress, or interrupts it by a power failure.
     pub(super) fn on_flash_event(&mut self) {
         match self.flash.under_way.and_then(|under_way| under_way.cut) {
             Some(remains) => {
@@ -143,7 +142,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// A reset or a loss of power meets the operation under way, if any: nobody knows what remains.
+    /// Interrupts the operation in progress, if any, by a reset or loss of power: the remaining content is undefined.
     pub(super) fn interrupt_flash(&mut self) {
         self.leave_flash(Remains::Mixed(self.chip.clock.now().cycle));
     }
@@ -154,7 +153,7 @@ impl EmulatedBoard {
         if change == Change::Options {
             return;
         }
-        // Whole lines of the caches.
+        // Extends the range to whole lines of the caches.
         let range = change.range();
         let range = range.start / LINE * LINE..range.end.next_multiple_of(LINE);
         let address = FLASH_BASE + range.start;

@@ -1,4 +1,4 @@
-//! A board follows its peripherals: clock tree, interrupt lines, next event, log.
+//! Updates a board from its peripherals: clock tree, interrupt lines, next event, log.
 
 use can_wire::time::Time;
 
@@ -25,7 +25,7 @@ impl EmulatedBoard {
         self.refresh();
     }
 
-    /// Follows what the peripherals did: clock tree, interrupt lines, next timer event.
+    /// Updates clock tree, interrupt lines and next timer event after a change of the peripherals.
     pub(crate) fn refresh(&mut self) {
         self.spin.end();
         let chip = &mut self.chip;
@@ -42,7 +42,7 @@ impl EmulatedBoard {
             chip.peripherals.set_clocks(chip.clock.now().cycle, clocks, pclk1);
         }
         let now = chip.clock.now();
-        // Timers raise requests, requests move data, data moved changes flags.
+        // Repeats: timers raise requests, requests move data, moved data changes flags.
         let mut levels = chip.peripherals.irq_levels(now);
         if chip.peripherals.transfer(now, &mut chip.memory) {
             levels = chip.peripherals.irq_levels(now);
@@ -77,7 +77,7 @@ impl EmulatedBoard {
                 changed &= changed - 1;
                 let level = new >> bit & 1 == 1;
                 self.core.set_irq((word * 32) as u16 + bit as u16, level);
-                // A masked interrupt does not wake the core: the next step finds out.
+                // A masked interrupt does not wake the core; the next step decides that.
                 self.asleep &= !level;
             }
             *old = new;
@@ -92,7 +92,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// The debug probe takes the log.
+    /// Reads the log as the debug probe does.
     pub(super) fn drain(&mut self) {
         let first = self.log.len();
         let at = self.now();

@@ -1,31 +1,31 @@
-//! A board and its buses: what its controllers hear, and warnings when image and board do not agree.
+//! A board and its buses: bus activity for its controllers, and warnings about mismatches of image and board.
 
 use can_wire::time::Time;
 
 use super::EmulatedBoard;
 use crate::bxcan::{Activity, Side, bit_pclks};
-use crate::rtt::{Level, Line};
+use crate::rtt::{Level, LogLine};
 
 /// Bit rates of CiA 301 (table 1), bit/s.
 const BIT_RATES: [u64; 8] = [10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];
 
-/// A controller that keeps its bit rate for so long has the one that it is to have: a driver may begin with that of the reset, and
-/// set its own some microseconds later.
+/// Time after which the bit rate of a controller counts as final: a driver may begin with that of the reset and set its
+/// own some microseconds later.
 const SETTLED: Time = Time::from_ms(1);
 
 /// Whether a controller takes part in its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Participation {
     None,
-    /// Since then.
+    /// Takes part since this instant.
     Since(Time),
-    /// And its bit rate was looked at.
+    /// Takes part, and its bit rate was checked.
     Judged,
 }
 
 impl EmulatedBoard {
-    /// The wires have reached `now`: modes, aborts and interrupts of the CAN controllers follow. `idle` says of CAN1 and CAN2
-    /// whether their bus is idle; `None`: no bus.
+    /// Updates modes, aborts and interrupts of the CAN controllers after the wires have reached `now`. `idle`: whether
+    /// the bus of CAN1 and CAN2 is idle; `None`: no bus.
     pub(crate) fn settle(&mut self, now: Time, idle: [Option<bool>; 2]) {
         if !self.is_powered() {
             return;
@@ -62,8 +62,8 @@ impl EmulatedBoard {
         }
     }
 
-    /// Logs what does not fit, when a controller has taken part for a while: wires to pins that the program does not use, and a bit rate
-    /// that no network of CiA 301 has, the usual sign of an image that was built for another oscillator.
+    /// Logs mismatches after a controller has taken part for a while: wires to pins that the program does not use, and
+    /// a bit rate that is not in CiA 301, which usually means that the image was built for another oscillator.
     fn judge_participation(&mut self, side: Side, at: Time) {
         let known = &mut self.participation[side as usize];
         if !self.chip.peripherals.can.takes_part(side) {
@@ -102,7 +102,7 @@ impl EmulatedBoard {
     }
 
     fn warn(&mut self, at: Time, text: String) {
-        self.log.push(Line { at, level: Some(Level::Warn), text: format!("twin: {text}") });
+        self.log.push(LogLine { at, level: Some(Level::Warn), text: format!("twin: {text}") });
         if !self.warnings.contains(&text) {
             self.warnings.push(text);
         }

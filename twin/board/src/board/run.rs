@@ -1,4 +1,4 @@
-//! A board in time: its core runs until the next event of the board, sleeps, or waits for its flash.
+//! Advances a board in time: its core runs until the next event of the board, sleeps, or waits for its flash.
 
 use can_wire::time::Time;
 use twin_core::Stop;
@@ -13,7 +13,7 @@ const HARD_FAULT: u16 = 3;
 const SCR: u32 = 0xE000_ED10;
 
 impl EmulatedBoard {
-    /// The next instant at which the board does something if no wire disturbs it; zero while its core is awake.
+    /// Returns the instant of the board's next activity if no wire changes; zero while its core is awake.
     pub fn next_event(&self) -> Time {
         match self.state {
             State::Off => Time::NEVER,
@@ -31,22 +31,22 @@ impl EmulatedBoard {
         }
     }
 
-    /// The present of the board. It may have run past the instant asked for by the rest of an instruction.
+    /// Returns the present of the board. It may be later than the requested instant by the rest of an instruction.
     pub fn now(&self) -> Time {
         self.chip.clock.now().time
     }
 
-    /// Runs until `until` is reached.
+    /// Runs until `until`.
     ///
     /// # Errors
-    /// [`AccessError`] when the program reached for something that is not there; the board stays stopped.
+    /// [`AccessError`] when the program made an access that the model refuses. The board stays stopped.
     pub fn run_until(&mut self, until: Time) -> Result<(), AccessError> {
         loop {
             let result = self.run(until);
             match self.state {
                 State::Off => self.chip.clock.jump_to(until),
                 State::Running => {}
-                // The watchdog of a core that does not run is not fed.
+                // A core that does not run does not feed the watchdog.
                 State::Stuck | State::LockedUp | State::Halted => match self.watchdog {
                     Some((_, cycle)) if self.chip.clock.time_at(cycle) < until => {
                         self.chip.clock.advance_to_cycle(cycle);
@@ -81,7 +81,7 @@ impl EmulatedBoard {
         Ok(())
     }
 
-    /// The cycle at which a core that sleeps or waits for its flash may go on.
+    /// Returns the cycle at which a core that sleeps or waits for its flash may continue.
     fn wake_event(&self) -> u64 {
         // A stalled core cannot take the exception.
         if self.is_stalled() { self.timer_event } else { self.timer_event.min(self.core.systick_event()) }
@@ -94,14 +94,14 @@ impl EmulatedBoard {
             return;
         }
         self.chip.clock.advance_to_cycle(event);
-        // The next step of the core finds its exception pending.
+        // The next step of the core takes the pending exception.
         self.asleep &= event < self.core.systick_event();
         if event >= self.timer_event {
             self.on_event();
         }
     }
 
-    /// The cycle of `timer_event` has come.
+    /// Handles `timer_event` at its cycle.
     fn on_event(&mut self) {
         let now = self.chip.clock.now().cycle;
         if self.watchdog.is_some_and(|(_, cycle)| cycle <= now) {
@@ -114,11 +114,11 @@ impl EmulatedBoard {
         }
     }
 
-    /// Lets the core run until `until`, the next event of the board, or an access that may move this event.
+    /// Runs the core until `until`, the next event of the board, or an access that may change this event.
     fn execute(&mut self, until: Time) -> Result<(), AccessError> {
         let (began, pc, exception) = (self.chip.clock.now().cycle, self.core.pc(), self.core.exception());
         let is_turn = self.branches_to_itself();
-        // Flash that is busy may stop the core after any instruction; turns of a core that spins are counted.
+        // Busy flash may stop the core after any instruction; iterations of a spinning core are counted.
         let is_stepped = is_turn || self.flash.is_busy() || exception == HARD_FAULT;
         let end = self.chip.clock.cycle_reaching(until).min(self.timer_event);
         self.core.advance_to(began);
@@ -157,7 +157,7 @@ impl EmulatedBoard {
         Ok(())
     }
 
-    /// The core has entered HardFault.
+    /// Handles the entry of the core into HardFault.
     fn on_hard_fault(&mut self) {
         self.drain();
         if !self.panicked {

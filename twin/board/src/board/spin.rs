@@ -1,32 +1,34 @@
-//! A core that branches to itself: its turns are counted, not executed.
+//! A core that branches to itself: its iterations are counted, not executed.
 //!
-//! A program that hangs executes `B .` 56 million times a second. All turns are alike until an exception is pending, so the board
-//! advances by as many of them as fit before the next event. Instructions, cycles, SysTick and CYCCNT end as if each had been executed.
+//! A program that hangs executes `B .` 56 million times a second. All iterations are equal until an exception is
+//! pending, so the board skips as many of them as fit before the next event. Instructions, cycles, SysTick and CYCCNT
+//! end as if each had been executed.
 
 use can_wire::time::Time;
 
 use super::{EmulatedBoard, State};
 use crate::mmio::Width;
 
-/// Equal turns in a row after which the accelerator answers each alike.
+/// Equal iterations in a row after which the accelerator's timing no longer changes.
 const STEADY: u32 = 8;
 
 /// `B .` (DDI 0403E A7.7.12, encoding T2).
 const BRANCH_TO_ITSELF: u32 = 0xE7FE;
 
-/// The turns that a core has spun.
+/// Iterations of a spinning core.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spin {
-    /// Cycles of the last turn.
+    /// Cycles of the last iteration.
     cycles: u64,
-    /// When SysTick pends its exception: another value than before means that it has just done so.
+    /// Cycle at which SysTick pends its exception. A changed value means that it has just done so.
     systick: u64,
-    /// Turns in a row with the same length and the same SysTick.
+    /// Number of consecutive iterations with the same length and the same SysTick.
     turns: u32,
 }
 
 impl Spin {
-    /// Takes the cycles of a turn, and the cycle at which SysTick pends its exception. `None`: the core did something else.
+    /// Records the cycles of an iteration, and the cycle at which SysTick pends its exception. `None`: the core
+    /// executed another instruction.
     pub(super) fn follow(&mut self, turn: Option<(u64, u64)>) {
         self.turns = match turn {
             Some(turn) if turn == (self.cycles, self.systick) => self.turns.saturating_add(1),
@@ -36,7 +38,8 @@ impl Spin {
         (self.cycles, self.systick) = turn.unwrap_or_default();
     }
 
-    /// Interrupt lines or events have changed: the core has to run before turns are skipped again.
+    /// Ends skipping after a change of interrupt lines or events: the core has to run before iterations are skipped
+    /// again.
     pub(super) fn end(&mut self) {
         self.turns = 0;
     }
@@ -50,8 +53,8 @@ impl EmulatedBoard {
         place.and_then(|place| memory.load(place, Width::Half)) == Some(BRANCH_TO_ITSELF)
     }
 
-    /// After a step: lets the turns of a core that spins pass, as long as nothing happens before `until`. The last one before an
-    /// event is left to the core.
+    /// Skips iterations of a spinning core after a step, as long as nothing happens before `until`. The core executes
+    /// the last one before an event.
     pub(super) fn skip_turns(&mut self, until: Time) {
         if self.spin.turns < STEADY || self.state != State::Running || self.now() >= until {
             return;

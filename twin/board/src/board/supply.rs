@@ -6,7 +6,7 @@ use super::{EmulatedBoard, State};
 use crate::peripherals::ResetCause;
 
 impl EmulatedBoard {
-    /// Power comes up at the board's present, or goes away. Flash keeps its content; RAM does not.
+    /// Switches power on or off at the board's present. Flash keeps its content; RAM does not.
     pub fn power(&mut self, on: bool) {
         if on == self.is_powered() {
             return;
@@ -23,16 +23,16 @@ impl EmulatedBoard {
         }
     }
 
-    /// Pulls the reset pin. Without effect on a board without power.
+    /// Pulls the reset pin. Has no effect on a board without power.
     pub fn reset(&mut self) {
         if self.is_powered() {
             self.start(ResetCause::Pin);
         }
     }
 
-    /// The supply falls below 2.1 V for a moment: RAM holds anything. Where the option bytes choose a level of the brown-out reset
-    /// the reset flags do not name power-on; as delivered only the power-on reset watches the supply. Without effect on a board
-    /// without power.
+    /// Makes the supply fall below 2.1 V for a moment, after which the content of RAM is undefined. If the option bytes
+    /// select a brown-out level, the reset flags do not include power-on. As delivered, only the power-on reset
+    /// monitors the supply. Has no effect on a board without power.
     pub fn brown_out(&mut self) {
         if self.is_powered() {
             let (watched, _) = self.chip.peripherals.flash.watches();
@@ -41,7 +41,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// Power comes back to flash with its content and RAM without.
+    /// Restores power: flash has kept its content, RAM has not.
     fn restore(&mut self, cause: ResetCause) {
         self.chip.memory.lose_power();
         let code = self.core.code();
@@ -55,7 +55,7 @@ impl EmulatedBoard {
         self.start(cause);
     }
 
-    /// The oscillator on OSC_IN stops at the board's present, and does not start again.
+    /// Stops the oscillator on OSC_IN at the board's present. It does not start again.
     ///
     /// # Panics
     /// When the program did not start the clock security system: a chip without clock is not modelled.
@@ -64,7 +64,7 @@ impl EmulatedBoard {
         self.refresh();
     }
 
-    /// The oscillator works again: it starts when the program next switches it on.
+    /// Repairs the oscillator: it starts when the program next switches it on.
     pub fn mend_oscillator(&mut self) {
         self.chip.peripherals.rcc.hse_starts = true;
     }

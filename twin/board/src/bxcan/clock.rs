@@ -5,7 +5,7 @@ use can_wire::timing::{BitTiming, Quantum};
 
 /// Length of one PCLK1 tick as the rational `ticks / per`, in [`Time`] ticks of 1/336 µs.
 ///
-/// A rational, because a crystal's error of some ppm vanishes in one tick: 42 MHz exactly is `8 / 1`, the same
+/// A rational number, because a crystal's error of some ppm is smaller than a tick: exactly 42 MHz is `8 / 1`, the same
 /// crystal 50 ppm slow is `8_000_400 / 1_000_000`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PclkTick {
@@ -14,7 +14,7 @@ pub struct PclkTick {
 }
 
 impl PclkTick {
-    /// `ticks` of [`Time`] for `per` ticks of PCLK1.
+    /// Makes a tick length: `ticks` of [`Time`] for `per` ticks of PCLK1.
     ///
     /// # Panics
     /// When either is zero.
@@ -30,7 +30,7 @@ impl PclkTick {
         Time(u64::try_from((exact + per / 2) / per).unwrap_or(u64::MAX))
     }
 
-    /// The bits that BTR asks for, RM0090 32.7.7. A jump width beyond segment 1 acts as segment 1.
+    /// Returns the bit timing that BTR configures, RM0090 32.7.7. A jump width beyond segment 1 acts as segment 1.
     pub fn timing(self, btr: u32) -> BitTiming {
         let field = |shift: u32, mask: u32| (btr >> shift & mask) as u8 + 1;
         let prescaler = u64::from(btr & 0x3FF) + 1;

@@ -19,7 +19,7 @@ const SEQUENCE: u64 = 11;
 const BUS_OFF_SEQUENCES: u64 = 128;
 /// An attempt without a wire: the dominant SOF reads recessive; error flag and error delimiter follow (ISO 11898-1).
 const LONE_ATTEMPT: u64 = 1 + 6 + 8;
-/// Bits between two of them: intermission, and what an error passive transmitter waits beside it.
+/// Bits between two attempts: the intermission. An error passive transmitter waits in addition.
 const INTERMISSION: u64 = 3;
 const SUSPENSION: u64 = 8;
 
@@ -36,7 +36,7 @@ pub enum Mode {
 pub struct Registers {
     side: Side,
     pclk: PclkTick,
-    /// What BTR makes of it.
+    /// Bit timing configured by BTR.
     timing: BitTiming,
     mcr: u32,
     /// ERRI, WKUI and SLAKI.
@@ -47,30 +47,30 @@ pub struct Registers {
     pub(super) mailboxes: Mailboxes,
     fifos: [Fifo; 2],
     pub(super) mode: Mode,
-    /// When it was entered.
+    /// Instant at which the mode was entered.
     mode_since: Time,
     /// On the way from Sleep or Initialisation to Normal.
     joining: bool,
-    /// When it last began to take part.
+    /// Instant at which it last began to take part.
     joined_since: Time,
-    /// Since when it hears no wire.
+    /// Instant since which it is connected to no wire.
     alone_since: Option<Time>,
     /// End of the current attempt without a wire.
     lone_end: Option<Time>,
-    /// When it last went bus-off.
+    /// Instant of the last bus-off.
     bus_off_since: Time,
     /// Bus-off, and INRQ was set and cleared since.
     recovery_asked: bool,
     /// On the way from Normal to another mode since this instant.
     leaving: Option<Time>,
-    /// Since when frames may be sent: synchronised, and not bus-off.
+    /// Instant since which frames may be sent: synchronised, and not bus-off.
     pub(super) on_bus_since: Time,
     /// End of the current loopback frame.
     pub(super) loopback_end: Option<Time>,
     pub(super) heard: Activity,
     /// The line became dominant in Sleep mode since the last poll.
     dominant_seen: bool,
-    /// Resets so far: each starts the error counters anew.
+    /// Number of resets; each restarts the error counters.
     resets: u32,
     pub(super) stats: Stats,
 }
@@ -106,7 +106,7 @@ impl Registers {
         }
     }
 
-    /// What the reset line of RCC does; the clock, the line and the statistics stay.
+    /// Resets the controller as RCC does; the clock, the line and the statistics are kept.
     pub fn reset(&mut self) {
         let fresh = Registers::new(self.side, self.pclk);
         self.stats.discarded += self.fifos.iter().map(|fifo| fifo.messages.len() as u64).sum::<u64>();
@@ -127,7 +127,7 @@ impl Registers {
         self.timing = pclk.timing(self.btr);
     }
 
-    /// Value of a register of this controller; `None` where there is none.
+    /// Returns the value of a register; `None` if there is no register at this offset.
     pub fn read(&self, offset: u32) -> Option<u32> {
         Some(match offset {
             MCR => self.mcr,
@@ -227,7 +227,7 @@ impl Registers {
         self.btr & BTR_SILM != 0
     }
 
-    /// May start a frame at `at`.
+    /// Returns whether a frame may start at `at`.
     pub fn may_send(&self, at: Time) -> bool {
         self.mode == Mode::Normal
             && !self.errors.counters.bus_off()
@@ -235,7 +235,7 @@ impl Registers {
             && self.leaving.is_none_or(|leaving| leaving > at)
     }
 
-    /// How this controller takes part in its bus.
+    /// Returns how this controller takes part in its bus.
     pub fn attachment(&self) -> Option<Attachment> {
         let live = (self.mode == Mode::Normal || self.joining) && !self.loopback();
         live.then(|| Attachment {
@@ -247,7 +247,7 @@ impl Registers {
         })
     }
 
-    /// Earliest instant from which a frame waits.
+    /// Returns the earliest instant at which a frame waits.
     pub fn request_at(&self) -> Option<Time> {
         if self.silent() {
             return None;
@@ -256,7 +256,7 @@ impl Registers {
         self.may_send(at).then_some(at)
     }
 
-    /// The frame that it would send in an arbitration that begins at `at`.
+    /// Returns the frame that it would send in an arbitration that begins at `at`.
     pub fn contend(&self, at: Time) -> Option<WireFrame> {
         let allowed = !self.silent() && self.may_send(at);
         allowed.then(|| self.mailboxes.contend(at, self.mcr(MCR_TXFP))).flatten()
@@ -267,17 +267,17 @@ impl Registers {
         self.errors.counters
     }
 
-    /// Comes back from bus-off after 128 sequences of 11 recessive bits.
+    /// Returns whether the controller recovers from bus-off after 128 sequences of 11 recessive bits.
     fn recovers(&self) -> bool {
         self.mcr(MCR_ABOM) || self.recovery_asked
     }
 
-    /// The line became dominant at `at`; it matters in Sleep mode only, 32.4.3.
+    /// Handles a dominant edge of the line at `at`, which has an effect in Sleep mode only, 32.4.3.
     pub fn dominant(&mut self, at: Time) {
         self.dominant_seen |= self.mode == Mode::Sleep && at >= self.mode_since;
     }
 
-    /// CPU and wire have reached `now`.
+    /// Advances to `now`, which CPU and wire have reached.
     pub fn poll(&mut self, now: Time) {
         if std::mem::take(&mut self.dominant_seen) {
             self.wake_up(now);
@@ -302,11 +302,11 @@ impl Registers {
         }
     }
 
-    /// Sends to no wire up to `now`: every attempt reads its own dominant bits as recessive. Bit errors inside the error flags,
-    /// and counters that a wire would have kept until then, do not add up.
+    /// Simulates attempts without a wire up to `now`: every attempt reads its own dominant bits as recessive. Bit
+    /// errors inside the error flags are not counted.
     fn attempt_alone(&mut self, now: Time) {
         if self.mailboxes.transmitting() && self.lone_end.is_none() {
-            // The wire went away in the middle of a frame.
+            // The wire was disconnected in the middle of a frame.
             self.fail_alone(now);
         }
         loop {
@@ -332,17 +332,19 @@ impl Registers {
         self.on_bus_since = end + self.bits(INTERMISSION + suspension);
     }
 
-    /// When the next attempt without a wire begins. In silent mode the dominant bits come back inside: nothing is sent.
+    /// Returns the start of the next attempt without a wire. In silent mode there is none: the controller reads its own
+    /// dominant bits internally.
     fn lone_start(&self) -> Option<Time> {
         self.loopback_start().filter(|_| !self.silent() && self.mode == Mode::Normal)
     }
 
-    /// Hears no wire but its own recessive level: off its pins, or in loopback ("the pin is disregarded", 32.5.2).
+    /// Returns whether the controller reads only recessive bits: off its pins, or in loopback ("the pin is
+    /// disregarded", 32.5.2).
     fn is_alone(&self) -> bool {
         self.loopback() || self.heard == Activity::Nothing
     }
 
-    /// Without a wire every bit is recessive.
+    /// Counts recessive bits without a wire, where every bit is recessive.
     fn count_alone(&mut self, now: Time, since: Time) {
         if self.joining && self.joined_since + self.bits(SEQUENCE) <= now {
             self.joined(self.joined_since + self.bits(SEQUENCE));
@@ -353,7 +355,7 @@ impl Registers {
         }
     }
 
-    /// When bus-off ends for a controller that has heard no wire since `since`.
+    /// Returns the end of bus-off for a controller without a wire since `since`.
     fn recovery_alone(&self, since: Time) -> Option<Time> {
         let counts =
             self.errors.counters.bus_off() && self.recovers() && (self.mode == Mode::Normal || self.joining);
@@ -361,7 +363,7 @@ impl Registers {
         counts.then(|| from + self.bits(SEQUENCE * BUS_OFF_SEQUENCES))
     }
 
-    /// 11 recessive bits were seen.
+    /// Handles 11 recessive bits in a row.
     pub fn joined(&mut self, at: Time) {
         if self.joining {
             self.enter(Mode::Normal, at);
@@ -369,7 +371,7 @@ impl Registers {
         }
     }
 
-    /// Next change that comes by itself if the line stays as it is.
+    /// Returns the next change that occurs while the line does not change.
     pub fn next_event(&self) -> Option<Time> {
         let alone = self.is_alone().then(|| {
             let since = self.alone_since.unwrap_or(Time::ZERO);
@@ -382,8 +384,8 @@ impl Registers {
         [alone.flatten(), loopback.flatten()].into_iter().flatten().min()
     }
 
-    /// When the next frame in loopback starts: with the first bit after its request. By then a mailbox with a lower identifier
-    /// may have come before it, as drivers rely on at low bit rates (docs/decisions/twin.md).
+    /// Returns the start of the next loopback frame: the first bit after its request. Until then a mailbox with a lower
+    /// identifier may be requested and go first; drivers depend on this at low bit rates (docs/decisions/twin.md).
     pub fn loopback_start(&self) -> Option<Time> {
         let request = self.mailboxes.request_at()?;
         let waited = request.since(self.on_bus_since);
@@ -404,13 +406,13 @@ impl Registers {
             Storing::Stored => self.stats.stored[found.fifo] += 1,
             Storing::Overrun(lost) => {
                 self.stats.overruns.push(Overrun { at, fifo: found.fifo, lost });
-                // The newest was replaced: the message that came is stored all the same.
+                // The newest message was replaced, so the new one is stored nevertheless.
                 self.stats.stored[found.fifo] += u64::from(!self.mcr(MCR_RFLM));
             }
         }
     }
 
-    /// An error was seen.
+    /// Records an error.
     pub fn fail(&mut self, kind: ErrorKind) {
         self.errors.failed(kind);
         if self.ier & IER_LECIE != 0 {
@@ -418,7 +420,7 @@ impl Registers {
         }
     }
 
-    /// The error counters changed: raises what that enables.
+    /// Sets new error counters and raises the enabled interrupts.
     pub fn count(&mut self, at: Time, counters: ErrorCounters) {
         let before = self.errors.flags();
         self.errors.counters = counters;
@@ -474,7 +476,8 @@ impl Registers {
     }
 
     /// RESET in MCR: "MCR and the FMP bits are initialized, Sleep mode is activated". BTR, IER and filters stay. The
-    /// manual is silent on the rest; here the protocol core restarts: mailboxes empty, counters zero.
+    /// manual does not define the rest. In this model the protocol core restarts: mailboxes are empty, counters are
+    /// zero.
     fn master_reset(&mut self) {
         let (ier, btr) = (self.ier, self.btr);
         self.reset();
@@ -487,11 +490,11 @@ impl Registers {
             self.joined_since = now;
         }
         // "In initialization mode bxCAN does not monitor CANRX, therefore it cannot complete the recovery sequence",
-        // 32.7.6: it begins here, and the sequence that synchronises is the first of the 128.
+        // 32.7.6: the recovery begins here, and the synchronising sequence is the first of the 128.
         self.recovery_asked |= self.errors.counters.bus_off();
     }
 
-    /// Leaves Normal mode as MCR asks.
+    /// Leaves Normal mode for the mode that MCR requests.
     fn leave(&mut self, now: Time) {
         self.enter(if self.mcr(MCR_INRQ) { Mode::Initialisation } else { Mode::Sleep }, now);
     }

@@ -1,14 +1,14 @@
 //! ESR of one controller: RM0090 32.7.6 and 32.9.2.
 //!
-//! The counters are the protocol engine's; what they mean for flags and interrupts is the chip's.
+//! The protocol engine maintains the counters; this module derives flags and interrupts of the chip.
 
 use can_wire::controller::{ErrorCounters, ErrorKind};
 
 use super::regs::{ESR_BOFF, ESR_EPVF, ESR_EWGF, ESR_LEC};
 
-/// A counter from this value on raises EWGF.
+/// Value of a counter from which on EWGF is set.
 const WARNING: u16 = 96;
-/// What ESR shows.
+/// State that ESR shows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ErrorState {
     pub counters: ErrorCounters,
@@ -40,12 +40,12 @@ impl ErrorState {
         self.lec = ((value & ESR_LEC) >> 4) as u8;
     }
 
-    /// A frame was sent or received well.
+    /// Records a successful transmission or reception.
     pub fn succeeded(&mut self) {
         self.lec = 0;
     }
 
-    /// An error was seen.
+    /// Records an error.
     pub fn failed(&mut self, kind: ErrorKind) {
         self.lec = lec(kind);
     }

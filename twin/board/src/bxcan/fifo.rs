@@ -9,12 +9,12 @@ use super::regs::{RFR_FOVR, RFR_FULL, RFR_RFOM, TIR_IDE, TIR_RTR};
 
 const DEPTH: usize = 3;
 
-/// What became of a frame that passed the filters.
+/// Result of storing a frame that passed the filters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storing {
     /// It is in the FIFO.
     Stored,
-    /// The FIFO was full: this frame is gone. Itself when RFLM is set, else the newest one before it.
+    /// The FIFO was full and this frame is lost: the new one if RFLM is set, otherwise the newest one before it.
     Overrun(WireFrame),
 }
 
@@ -31,8 +31,8 @@ pub struct Fifo {
     pub(super) messages: VecDeque<Stored>,
     /// FULL and FOVR.
     flags: u32,
-    /// Releases since the last [`Fifo::settle`]: the CPU ran ahead of the wire, so a frame may still arrive that was
-    /// complete before them.
+    /// Releases since the last [`Fifo::settle`]. The CPU runs ahead of the wire, so a frame that was complete before
+    /// them may still arrive.
     released: Vec<Time>,
 }
 
@@ -66,7 +66,7 @@ impl Fifo {
         }
     }
 
-    /// A frame that passed filter number `filter` became valid at `at`; `locked` is RFLM.
+    /// Stores a frame that passed filter number `filter` and became valid at `at`. `locked` is RFLM.
     pub fn store(&mut self, at: Time, frame: WireFrame, filter: u8, locked: bool) -> Storing {
         let released_later = self.released.iter().filter(|&&released| released > at).count();
         let message = Stored { frame, filter };
@@ -84,7 +84,7 @@ impl Fifo {
         }
         match self.messages.back_mut() {
             Some(newest) => Storing::Overrun(std::mem::replace(newest, message).frame),
-            // All three were released after `at`: the CPU has the old one already, the newer one comes after it.
+            // All three were released after `at`: the CPU has read the old frame already, the new one follows.
             None => {
                 self.messages.push_back(message);
                 Storing::Stored
@@ -92,7 +92,7 @@ impl Fifo {
         }
     }
 
-    /// The wire has caught up with the CPU.
+    /// Forgets past releases after the wire has reached the CPU's time.
     pub fn settle(&mut self) {
         self.released.clear();
     }

@@ -9,7 +9,7 @@ use super::regs::{
 
 const BANK_COUNT: usize = 28;
 
-/// Where an admitted frame goes.
+/// Destination of an admitted frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Match {
     /// FIFO 0 or 1.
@@ -49,7 +49,7 @@ pub struct FilterBlock {
     /// Bit set: bank active.
     fa1r: u32,
     banks: [[u32; 2]; BANK_COUNT],
-    /// When FINIT was last cleared.
+    /// Instant at which FINIT was last cleared.
     open_since: Time,
 }
 
@@ -69,7 +69,7 @@ impl Default for FilterBlock {
 }
 
 impl FilterBlock {
-    /// Value of the register at `offset`; `None` where there is none.
+    /// Returns the register at `offset`; `None` if there is none.
     pub fn read(&self, offset: u32) -> Option<u32> {
         Some(match offset {
             FMR => self.fmr,
@@ -118,13 +118,13 @@ impl FilterBlock {
         Some(true)
     }
 
-    /// FINIT was clear from `start` on. RM0090 says that FINIT deactivates the reception, and not what becomes of a frame in
-    /// whose middle it is cleared: it is lost here, which is the worst case for a program.
+    /// Returns whether FINIT was clear from `start` on. RM0090 says that FINIT deactivates the reception, but not what
+    /// happens to a frame during which it is cleared. In this model the frame is lost, the worst case for a program.
     pub fn admit_from(&self, start: Time) -> bool {
         !self.initialising() && self.open_since <= start
     }
 
-    /// FINIT: no reception, on neither controller.
+    /// Returns FINIT: no reception on either controller.
     pub fn initialising(&self) -> bool {
         self.fmr & FMR_FINIT != 0
     }
@@ -166,7 +166,7 @@ impl FilterBlock {
         best.map(|(_, found)| found)
     }
 
-    /// Number within the bank of the first filter that matches.
+    /// Returns the number within the bank of the first filter that matches.
     fn compare(&self, bank: usize, wide: bool, list: bool, key: FilterKey) -> Option<u8> {
         let [r1, r2] = self.banks[bank];
         let half = key.half();

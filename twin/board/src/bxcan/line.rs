@@ -1,4 +1,4 @@
-//! A controller on its wire, and the internal wire of loopback.
+//! A controller on its wire, and internal loopback.
 
 use can_wire::controller::{Attachment, Controller, WireEvent};
 use can_wire::encode::encode;
@@ -13,14 +13,14 @@ use super::regs::{MCR_NART, MCR_TXFP};
 /// Intermission between two frames, bits.
 const INTERMISSION: u64 = 3;
 
-/// One controller as a wire sees it; borrowed from the pair because the filters belong to both.
+/// Access of a wire to one controller; borrows the pair because the controllers share the filters.
 #[derive(Debug)]
-pub struct Line<'a> {
+pub struct BusTap<'a> {
     pub(super) registers: &'a mut Registers,
     pub(super) filters: &'a FilterBlock,
 }
 
-impl Controller for Line<'_> {
+impl Controller for BusTap<'_> {
     fn attachment(&self) -> Option<Attachment> {
         self.registers.attachment()
     }
@@ -52,7 +52,7 @@ impl Controller for Line<'_> {
                 registers.errors.succeeded();
             }
             WireEvent::Received(frame) => {
-                // Valid with the last but one bit of EOF. A bit more than that ago it had not begun.
+                // A frame is valid with the last but one bit of EOF. Its start is derived from its length.
                 let begun = registers.bits(encode(frame).bits().len() as u64 - 2);
                 registers.receive(at.since(begun), at, *frame, self.filters);
             }
@@ -73,11 +73,11 @@ impl Controller for Line<'_> {
     }
 }
 
-impl Line<'_> {
-    /// Runs loopback up to `now`, RM0090 32.5.2: what is sent is received, acknowledge errors are ignored.
+impl BusTap<'_> {
+    /// Runs loopback up to `now`, RM0090 32.5.2: sent frames are received, acknowledge errors are ignored.
     ///
-    /// The frames stay inside: that they also appear on CANTX without LBKM's silent companion is not modelled. Their
-    /// length is that without stuff bits.
+    /// The frames stay inside the controller. It is not modelled that they also appear on CANTX unless silent mode is
+    /// set. Their length is that without stuff bits.
     pub(super) fn run_loopback(&mut self, now: Time) {
         let registers = &mut *self.registers;
         if registers.mode != Mode::Normal || !registers.loopback() {
@@ -106,7 +106,7 @@ impl Line<'_> {
     }
 }
 
-/// From SOF to the last bit of EOF.
+/// Returns the number of bits from SOF to the last bit of EOF, without stuff bits.
 fn unstuffed_bits(frame: &WireFrame) -> u64 {
     let around_data = match frame.id {
         WireId::Standard(_) => 44,

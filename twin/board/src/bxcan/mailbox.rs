@@ -1,7 +1,7 @@
 //! The three transmit mailboxes and TSR: RM0090 32.7.1, 32.9.2 and 32.9.3.
 //!
-//! Requests and aborts carry the instant at which the CPU wrote them, because the CPU runs ahead of the wire: what
-//! a mailbox does is settled only when the wire has reached that instant.
+//! Requests and aborts carry the instant at which the CPU wrote them, because the CPU runs ahead of the wire: the
+//! effect is determined only when the wire has reached that instant.
 
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
@@ -20,18 +20,18 @@ pub enum Attempt {
     Failed,
 }
 
-/// A transmission that was asked for.
+/// A requested transmission.
 #[derive(Clone, Copy, Debug)]
 struct Request {
     at: Time,
-    /// Counts the requests of this controller, for TXFP.
+    /// Number of the request at this controller, for TXFP.
     order: u64,
     abort: Option<Time>,
     on_wire: bool,
 }
 
 impl Request {
-    /// May start at `at`: asked for by then, and not yet aborted.
+    /// Returns whether it may start at `at`: requested by then, and not yet aborted.
     fn ready(&self, at: Time) -> bool {
         !self.on_wire && self.at <= at && self.abort.is_none_or(|abort| abort > at)
     }
@@ -52,7 +52,7 @@ impl Mailbox {
         self.status = status;
     }
 
-    /// Sorts as arbitration does: base identifier, RTR or SRR, IDE, identifier extension, RTR.
+    /// Returns a key in the order of arbitration: base identifier, RTR or SRR, IDE, identifier extension, RTR.
     fn arbitration_key(&self) -> u32 {
         let tir = self.words[0];
         let (base, extension) = (tir >> 21, tir >> 3 & 0x3_FFFF);
@@ -112,7 +112,7 @@ impl Mailboxes {
         value | (next_free.or(lowest).unwrap_or(0) as u32) << 24
     }
 
-    /// Writes TSR: status bits by writing 1, RQCP with all others of its mailbox; ABRQ asks for an abort.
+    /// Writes TSR: writing 1 clears status bits, RQCP clears all of its mailbox; ABRQ requests an abort.
     pub fn write_tsr(&mut self, value: u32, now: Time) {
         for (n, mailbox) in self.boxes.iter_mut().enumerate() {
             let bits = value >> (8 * n);
@@ -154,12 +154,12 @@ impl Mailboxes {
         true
     }
 
-    /// A completed request waits for software: the transmit interrupt.
+    /// Returns whether a completed request waits for software, which raises the transmit interrupt.
     pub fn any_completed(&self) -> bool {
         self.boxes.iter().any(|mailbox| mailbox.status & TSR_RQCP != 0)
     }
 
-    /// A mailbox is on the wire.
+    /// Returns whether a mailbox is transmitting.
     pub fn transmitting(&self) -> bool {
         self.on_wire().is_some()
     }
@@ -170,26 +170,26 @@ impl Mailboxes {
         waiting.filter(|request| request.ready(request.at)).map(|request| request.at).min()
     }
 
-    /// What would enter an arbitration that begins at `at`.
+    /// Returns the frame that would enter an arbitration that begins at `at`.
     pub fn contend(&self, at: Time, by_request_order: bool) -> Option<WireFrame> {
         self.winner(at, by_request_order).map(|n| self.boxes[n].frame())
     }
 
-    /// The arbitration began at `at`; gives the frame that entered it.
+    /// Starts the arbitration at `at`. Returns the frame that entered it.
     pub fn start(&mut self, at: Time, by_request_order: bool) -> Option<WireFrame> {
         let mailbox = &mut self.boxes[self.winner(at, by_request_order)?];
         mailbox.request.as_mut()?.on_wire = true;
         Some(mailbox.frame())
     }
 
-    /// The attempt ended at `at`; gives its frame. The mailbox empties after a success, in single shot, or when its
-    /// abort was asked for by then; otherwise it waits for the next attempt.
+    /// Ends the attempt at `at` and returns its frame. The mailbox becomes empty after a success, in single-shot mode,
+    /// or if an abort was requested by then. Otherwise it waits for the next attempt.
     pub fn finish(&mut self, at: Time, attempt: Attempt, single_shot: bool) -> Option<WireFrame> {
         let mailbox = &mut self.boxes[self.on_wire()?];
         let request = mailbox.request.as_mut()?;
         request.on_wire = false;
         let abort = request.abort.is_some_and(|abort| abort <= at);
-        // TXOK, ALST and TERR tell of the latest attempt alone.
+        // TXOK, ALST and TERR describe only the latest attempt.
         let status = match attempt {
             Attempt::Succeeded => TSR_TXOK,
             Attempt::ArbitrationLost => TSR_ALST,
@@ -204,7 +204,7 @@ impl Mailboxes {
         Some(mailbox.frame())
     }
 
-    /// The wire has reached `now`: mailboxes whose abort was asked for by then and that are not on the wire empty.
+    /// Empties mailboxes whose abort was requested by `now`, which the wire has reached, and that are not transmitting.
     pub fn settle(&mut self, now: Time) {
         for mailbox in &mut self.boxes {
             if let Some(request) = mailbox.request
@@ -231,7 +231,7 @@ impl Mailboxes {
         ready.min_by_key(|&n| self.priority(n, by_request_order))
     }
 
-    /// Smaller goes first; the mailbox number breaks ties.
+    /// Returns the priority: the smallest value goes first, the mailbox number breaks ties.
     fn priority(&self, n: usize, by_request_order: bool) -> (u64, usize) {
         let mailbox = &self.boxes[n];
         let key = match mailbox.request {

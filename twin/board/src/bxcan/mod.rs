@@ -1,19 +1,18 @@
 //! The two bxCAN controllers of the STM32F405, register by register.
 //!
-//! Model of RM0090 chapter 32 ("Controller area network (bxCAN)") without a CPU: registers are read and written at
-//! an instant of virtual time, and each controller hangs on a wire as a
+//! Model of RM0090 chapter 32 ("Controller area network (bxCAN)") without a CPU: registers are read and written at an
+//! instant of virtual time, and each controller is connected to a wire as a
 //! [`Controller`](can_wire::controller::Controller).
 //!
 //! # Order of calls
 //!
-//! The CPU runs ahead by a quantum (at most 20 µs), then the wire follows, then the model is told that both have
-//! arrived:
+//! The CPU runs ahead by a quantum (at most 20 µs), then the wire follows, then the model is updated:
 //!
 //! 1. [`BxcanPair::write`] and [`BxcanPair::read`] with instants inside the quantum;
 //! 2. `Wire::advance` to the end of the quantum, which calls [`BxcanPair::line`];
 //! 3. [`BxcanPair::hear`], then [`BxcanPair::poll`] with the end of the quantum.
 //!
-//! So the wire speaks of instants that the CPU has left behind. What the CPU wrote carries its instant and holds
+//! So the wire reports instants that are in the past of the CPU. Each write of the CPU has its instant and takes effect
 //! from there on:
 //! - a mailbox enters an arbitration that begins at or after its request, and before its abort;
 //! - an abort later than the start of its frame waits for the end of that transmission; an earlier one prevents it.
@@ -21,7 +20,8 @@
 //!   nothing can start, at the write);
 //! - INRQ or SLEEP stop new transmissions at their instant; the mode changes when the frame on the line ends, or
 //!   at the next `poll` that finds the line idle;
-//! - a FIFO place released later than a frame became valid was still taken then: that frame overruns.
+//! - a FIFO place that was released after a frame became valid was still occupied at that time: the frame is an
+//!   overrun.
 //!
 //! # Not modelled
 //!
@@ -47,7 +47,7 @@ pub(crate) use clock::bit_pclks;
 use controller::Mode;
 pub(crate) use controller::Registers;
 use filter::FilterBlock;
-pub use line::Line;
+pub use line::BusTap;
 use regs::{BTR, CONTROLLER_SIZE, FMR, IER, MCR, MCR_DBF};
 
 /// One of the two controllers.
@@ -60,7 +60,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// The other one.
+    /// Returns the other controller.
     pub const fn other(self) -> Side {
         match self {
             Side::Can1 => Side::Can2,
@@ -78,10 +78,10 @@ impl fmt::Display for Side {
     }
 }
 
-/// No register there, or not word aligned.
+/// There is no register at this offset, or the offset is not word aligned.
 ///
-/// "The peripheral registers have to be accessed by words (32 bits)", RM0090 32.9: a narrower access is the caller's
-/// to refuse.
+/// "The peripheral registers have to be accessed by words (32 bits)", RM0090 32.9: the caller has to refuse narrower
+/// accesses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("bxCAN has no register at offset {offset:03X}h")]
 pub struct BadAccess {
@@ -102,19 +102,19 @@ pub struct IrqLines {
     pub sce: bool,
 }
 
-/// What a controller hears of its bus.
+/// Activity on the bus of a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activity {
-    /// It is connected to nothing: every bit is recessive.
+    /// Not connected: every bit is recessive.
     Nothing,
-    /// Its bus, and it could leave it unnoticed.
+    /// Connected to a bus that is idle: it may leave the bus.
     Idle,
-    /// Its bus, in the middle of a frame or an error frame.
+    /// Connected to a bus on which a frame or an error frame is in progress.
     Busy,
 }
 
-/// Bits of a register that are stuck: a chip that is broken. What the program stores in modes, bit timing and filters is stuck as
-/// well; flags and mailboxes only read so.
+/// Stuck bits of a register of a broken chip. For modes, bit timing and filters the stored value is stuck as well;
+/// flags and mailboxes only read with these values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StuckBits {
     /// Offset from 4000 6400h; CAN2 begins at 400h, and the filters are behind CAN1.
@@ -135,15 +135,15 @@ impl StuckBits {
 /// A frame that passed the filters and was lost in a full FIFO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overrun {
-    /// When the frame that found no room became valid.
+    /// Instant at which the frame without room became valid.
     pub at: Time,
     /// FIFO 0 or 1.
     pub fifo: usize,
-    /// The lost frame: that one, or with RFLM = 0 the newest before it.
+    /// The lost frame: the new one, or with RFLM = 0 the newest before it.
     pub lost: WireFrame,
 }
 
-/// What one controller did since power-on.
+/// Statistics of one controller since power-on.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stats {
     /// Frames stored per FIFO.
@@ -154,19 +154,19 @@ pub struct Stats {
     pub overruns: Vec<Overrun>,
     /// Valid frames that no filter admitted.
     pub rejected: u64,
-    /// Stored messages that a reset threw away.
+    /// Stored messages that a reset discarded.
     pub discarded: u64,
     /// Transmit requests that ended by an abort.
     pub aborted: u64,
     /// Writes that the hardware ignores: BTR outside initialisation, a mailbox that is not empty, an active filter
     /// bank, a receive mailbox.
     pub ignored_writes: u64,
-    /// Instant and offset from 4000 6400h of the latest of them.
+    /// Instant and offset from 4000 6400h of the latest ignored write.
     pub last_ignored_write: Option<(Time, u32)>,
 }
 
 impl Stats {
-    /// Frames that passed the filters and that no reset threw away, lost ones included.
+    /// Returns the number of frames that passed the filters and that no reset discarded, lost ones included.
     pub fn admitted(&self) -> u64 {
         self.stored.iter().sum::<u64>() + self.overruns.len() as u64 - self.discarded
     }
@@ -181,7 +181,7 @@ pub struct BxcanPair {
 }
 
 impl BxcanPair {
-    /// As after power-on: both asleep. `pclk` is the length of a PCLK1 tick.
+    /// Makes both controllers as after power-on, in Sleep mode. `pclk` is the length of a PCLK1 tick.
     pub fn new(pclk: PclkTick) -> Self {
         BxcanPair {
             controllers: [Registers::new(Side::Can1, pclk), Registers::new(Side::Can2, pclk)],
@@ -190,12 +190,12 @@ impl BxcanPair {
         }
     }
 
-    /// Breaks a register, for good.
+    /// Makes bits of a register stuck, permanently.
     pub fn stick(&mut self, bits: StuckBits) {
         self.stuck.push(bits);
     }
 
-    /// Reset of one controller by RCC (CAN1RST, CAN2RST); that of CAN1 takes the filters with it.
+    /// Resets one controller by RCC (CAN1RST, CAN2RST). CAN1RST also resets the filters.
     pub fn reset(&mut self, side: Side) {
         self.controllers[side as usize].reset();
         if side == Side::Can1 {
@@ -203,7 +203,7 @@ impl BxcanPair {
         }
     }
 
-    /// The length of a PCLK1 tick changed (clock tree, drift of the crystal).
+    /// Sets the length of a PCLK1 tick (clock tree, drift of the crystal).
     pub fn set_pclk(&mut self, pclk: PclkTick) {
         for controller in &mut self.controllers {
             controller.set_pclk(pclk);
@@ -224,8 +224,8 @@ impl BxcanPair {
         Ok(StuckBits::apply(&self.stuck, offset, value))
     }
 
-    /// Writes the word at `offset` from 4000 6400h at `now`. Reserved bits keep their value, read-only registers
-    /// and protected ones ignore the write ([`Stats::ignored_writes`]).
+    /// Writes the word at `offset` from 4000 6400h at `now`. Reserved bits keep their value; read-only and protected
+    /// registers ignore the write ([`Stats::ignored_writes`]).
     ///
     /// # Errors
     /// [`BadAccess`] where there is no register.
@@ -247,13 +247,13 @@ impl BxcanPair {
         Ok(())
     }
 
-    /// `side` is in Normal mode and not in loopback: it wants to hear a bus.
+    /// Returns whether `side` takes part in a bus: in Normal mode and not in loopback.
     pub fn takes_part(&self, side: Side) -> bool {
         let controller = &self.controllers[side as usize];
         controller.mode == Mode::Normal && !controller.loopback()
     }
 
-    /// DBF of `side`: it stops with a halted core.
+    /// Returns DBF of `side`: the controller stops with a halted core.
     pub fn stops_in_debug(&self, side: Side) -> bool {
         self.controllers[side as usize].mcr(MCR_DBF)
     }
@@ -273,17 +273,17 @@ impl BxcanPair {
         &self.controllers[side as usize]
     }
 
-    /// The controller as its wire sees it.
-    pub fn line(&mut self, side: Side) -> Line<'_> {
-        Line { registers: &mut self.controllers[side as usize], filters: &self.filters }
+    /// Returns the access of a wire to the controller.
+    pub fn line(&mut self, side: Side) -> BusTap<'_> {
+        BusTap { registers: &mut self.controllers[side as usize], filters: &self.filters }
     }
 
-    /// What the controller hears of its bus by now; [`Activity::Nothing`] before the first call.
+    /// Sets the present activity on the controller's bus; [`Activity::Nothing`] before the first call.
     pub fn hear(&mut self, side: Side, heard: Activity) {
         self.controllers[side as usize].heard = heard;
     }
 
-    /// CPU and wires have reached `now`: settles aborts and mode changes, runs loopback.
+    /// Advances to `now`, which CPU and wires have reached: completes aborts and mode changes, runs loopback.
     pub fn poll(&mut self, now: Time) {
         for side in [Side::Can1, Side::Can2] {
             self.controllers[side as usize].poll(now);
@@ -291,8 +291,8 @@ impl BxcanPair {
         }
     }
 
-    /// The next instant at which something changes without CPU or wire: end of a synchronisation or of bus-off of a
-    /// controller that hears no wire, or of a loopback frame. Stop there, and `poll`.
+    /// Returns the next instant at which the state changes without CPU or wire: end of a synchronisation or of bus-off
+    /// of a controller without a wire, or of a loopback frame. Call [`BxcanPair::poll`] at that instant.
     pub fn next_event(&self) -> Option<Time> {
         self.controllers.iter().filter_map(Registers::next_event).min()
     }
@@ -302,7 +302,7 @@ impl BxcanPair {
         self.controllers[side as usize].btr
     }
 
-    /// What `side` did so far.
+    /// Returns the statistics of `side`.
     pub fn stats(&self, side: Side) -> Stats {
         self.controllers[side as usize].stats()
     }

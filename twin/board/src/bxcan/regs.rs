@@ -61,7 +61,7 @@ pub const RFR_FOVR: u32 = 1 << 4;
 pub const RFR_RFOM: u32 = 1 << 5;
 
 pub const IER_TMEIE: u32 = 1 << 0;
-/// Bits of FIFO 0; those of FIFO 1 sit three higher.
+/// Bits of FIFO 0; those of FIFO 1 are three higher.
 pub const IER_FMPIE0: u32 = 1 << 1;
 pub const IER_FFIE0: u32 = 1 << 2;
 pub const IER_FOVIE0: u32 = 1 << 3;

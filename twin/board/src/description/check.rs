@@ -9,11 +9,11 @@ use crate::model::{CanPins, MOST_LEDS, Model, Oscillator, Part, Pins, Straps};
 use crate::peripherals::{CAPTURE_PINS, TIM3_PINS, can_pins};
 use crate::pin::Pin;
 
-/// Frequencies of a crystal and of a clock from outside, Hz (DS8626 and DS10693, "External clock source characteristics").
+/// Frequencies of a crystal and of an external clock, Hz (DS8626 and DS10693, "External clock source characteristics").
 const CRYSTAL: RangeInclusive<f64> = 4e6..=26e6;
 const EXTERNAL: RangeInclusive<f64> = 1e6..=50e6;
 
-/// Pins that no board can use in another way: debug probe and oscillator.
+/// Pins that are reserved: debug probe and oscillator.
 const RESERVED: [(Pin, &str); 4] = [
     (Pin::new('A', 13), "SWDIO of the debug probe"),
     (Pin::new('A', 14), "SWCLK of the debug probe"),
@@ -24,7 +24,7 @@ const RESERVED: [(Pin, &str); 4] = [
 /// Pins of LEDs, in the order of their names.
 type Leds = [Option<Pin>; MOST_LEDS];
 
-/// Pins of a description that were read, with the fields that have them.
+/// Pins of a description that were read, with their fields.
 #[derive(Default)]
 pub(super) struct Checker {
     used: Vec<(Pin, String)>,
@@ -101,7 +101,7 @@ impl Checker {
         Ok(leds)
     }
 
-    /// A pin that has to be one of these.
+    /// Reads a pin that must be one of `allowed`.
     fn one_of(&mut self, part: Part, field: &str, text: &str, allowed: &[Pin]) -> Result<Pin, String> {
         let pin = self.pin(part, field, text)?;
         if allowed.contains(&pin) {
@@ -114,7 +114,7 @@ impl Checker {
         ))
     }
 
-    /// A pin that the package has and no other field uses.
+    /// Reads a pin, which the package must have and no other field may use.
     fn pin(&mut self, part: Part, field: &str, text: &str) -> Result<Pin, String> {
         let wrong = |what: &str| Err(format!("{field} = \"{text}\": {what}"));
         let Some(pin) = Pin::named(text) else {

@@ -4,7 +4,7 @@ use super::*;
 use crate::model::{CanPins, MOST_LEDS, Part, Pins, Straps};
 use crate::pin::Pin;
 
-/// A board with an STM32F407VG, and pins of its own.
+/// A board with an STM32F407VG and other pins than the shipped boards.
 const DISCOVERY: &str = r#"
 name = "discovery"
 chip = "STM32F407VGT6"
@@ -44,7 +44,7 @@ fn each_field_of_a_description_is_read() {
     assert_eq!(board.model.pins, expected);
 }
 
-/// Given a board of the two buses alone, then it has no wires to capture inputs, no straps and no LEDs.
+/// Given a board with the two buses only, then it has no wires to capture inputs, no straps and no LEDs.
 #[test]
 fn fields_beside_part_oscillator_and_buses_are_optional() {
     let text = "name = \"bare\"\nchip = \"STM32F446VE\"\noscillator = { frequency = \"24.5MHz\", kind = \"external\" }\n\
@@ -145,7 +145,7 @@ fn example_of_the_page_about_the_twin_is_read() {
     );
 }
 
-/// Given a number of a board, then an odd number of straps is tied to ground, bits from the lowest.
+/// Given the number of a board, then an odd number of straps is tied to ground, beginning with the lowest bit.
 #[test]
 fn straps_say_the_number_with_odd_parity() {
     let straps = Model::shipped("pyboard-v11").pins.straps.unwrap();
@@ -155,7 +155,8 @@ fn straps_say_the_number_with_odd_parity() {
     }
 }
 
-/// Given what editors of other systems do to a file, then it describes the same board. What a value has of it is refused by its field.
+/// Given byte order marks, line ends and encodings of editors on other systems, then the file describes the same board.
+/// Inside a value they are refused with its field.
 #[test]
 fn description_is_read_with_marks_and_letters_of_editors() {
     let here = tempfile::tempdir().unwrap();

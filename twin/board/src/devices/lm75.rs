@@ -1,7 +1,7 @@
 //! LM75B, a temperature sensor on I2C (NXP data sheet LM75B, rev. 6.1, section 7).
 //!
-//! Modelled: the pointer, the four registers with their power-on values, shutdown. A conversion takes no time: the register
-//! follows the temperature at once, unless the sensor is shut down. The output OS is not wired.
+//! Modelled: the pointer, the four registers with their power-on values, shutdown. A conversion takes no time: the
+//! register has the present temperature unless the sensor is shut down. The output OS is not wired.
 
 use super::I2cDevice;
 
@@ -35,10 +35,10 @@ pub struct Lm75 {
 }
 
 impl Lm75 {
-    /// Its address with A2 to A0 at ground (table 4); the pins count up from there.
+    /// Address with A2 to A0 at ground (table 4). The pins add 0 to 7.
     pub const ADDRESS: u8 = 0x48;
 
-    /// A sensor at `address`, powered, at `temperature_c` °C.
+    /// Makes a powered sensor at `address` with `temperature_c` °C.
     ///
     /// # Panics
     /// When no LM75 has this address: a mistake in a test, not an input.
@@ -53,7 +53,7 @@ impl Lm75 {
         sensor
     }
 
-    /// Eleven bits, two's complement, 0.125 °C each, in the upper bits (section 7.4.3).
+    /// Updates Temp: eleven bits, two's complement, 0.125 °C each, in the upper bits (section 7.4.3).
     fn convert(&mut self) {
         if self.conf & SHUTDOWN == 0 {
             let steps = (self.temperature_c.clamp(-55.0, 125.0) * 8.0).round() as i16;

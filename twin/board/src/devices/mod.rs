@@ -7,24 +7,26 @@ use std::fmt;
 use dyn_clone::DynClone;
 pub use lm75::Lm75;
 
-/// A slave on an I2C bus, with pull-ups on both of its lines. A copy of its board has a copy of it: its state must not be shared.
+/// A slave on an I2C bus, with pull-ups on both of its lines. A copy of a board contains copies of its devices, so
+/// their state must not be shared.
 pub trait I2cDevice: fmt::Debug + Send + DynClone {
-    /// A START or repeated START, then `address` (7 bits) and direction. Returns whether the device acknowledges.
+    /// Handles a START or repeated START with `address` (7 bits) and direction. Returns whether the device
+    /// acknowledges.
     fn start(&mut self, address: u8, read: bool) -> bool;
 
-    /// A byte for the device. Returns whether it acknowledges.
+    /// Receives a byte. Returns whether the device acknowledges.
     fn write(&mut self, byte: u8) -> bool;
 
-    /// The byte that the device sends next.
+    /// Returns the byte that the device sends next.
     fn read(&mut self) -> u8;
 
-    /// A STOP, or the bus is released.
+    /// Handles a STOP or the release of the bus.
     fn stop(&mut self) {}
 
-    /// Power comes up with that of the board.
+    /// Handles power-on, together with the board.
     fn power_on(&mut self) {}
 
-    /// The board gets warmer or colder: °C.
+    /// Sets the temperature of the board, in °C.
     fn set_temperature(&mut self, _celsius: f64) {}
 }
 

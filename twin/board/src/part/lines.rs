@@ -50,7 +50,7 @@ impl Lines {
     pub(crate) const F46X: Lines = Lines::F469.and(Lines::F479);
     pub(crate) const ALL: Lines = Lines::F40X.and(Lines::F42X).and(Lines::F446).and(Lines::F46X);
 
-    /// Both sets together.
+    /// Returns the union of the sets.
     pub(crate) const fn and(self, other: Lines) -> Lines {
         Lines(self.0 | other.0)
     }
@@ -68,12 +68,12 @@ impl Lines {
 
 /// A line of parts.
 #[derive(Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Line {
+pub(crate) struct ProductLine {
     /// First nine characters of the name.
     pub(crate) name: &'static str,
     /// The set of this line alone.
     pub(super) bit: Lines,
-    /// What it shares with others.
+    /// Family with common peripherals.
     pub(super) family: Family,
     /// Letters of its packages.
     pub(super) packages: &'static str,
@@ -93,18 +93,18 @@ const fn line(
     family: Family,
     packages: &'static str,
     sizes: &'static str,
-) -> Line {
+) -> ProductLine {
     let (ram_kib, ccm_kib, ports) = match family {
         Family::F405 => (128, 64, 9),
         Family::F42x => (192, 64, 11),
         Family::F446 => (128, 0, 8),
         Family::F469 => (320, 64, 11),
     };
-    Line { name, bit, family, packages, sizes, ram_kib, ccm_kib, ports }
+    ProductLine { name, bit, family, packages, sizes, ram_kib, ccm_kib, ports }
 }
 
 /// By the data sheets DS8626, DS8597, DS9405, DS9484, DS10693, DS11189. Packages whose pins are not in the model (O, A, M, Y) are left out.
-pub(crate) const TABLE: &[Line] = &[
+pub(crate) const TABLE: &[ProductLine] = &[
     line("STM32F405", Lines::F405, Family::F405, "RVZ", "G"),
     line("STM32F407", Lines::F407, Family::F405, "VZI", "EG"),
     line("STM32F415", Lines::F415, Family::F405, "RVZ", "G"),
@@ -118,7 +118,7 @@ pub(crate) const TABLE: &[Line] = &[
     line("STM32F479", Lines::F479, Family::F469, "VZIBN", "GI"),
 ];
 
-/// Lines of the family STM32F4 that are not modelled, and why.
+/// Lines of the family STM32F4 that are not modelled, and the reasons.
 pub(super) const REFUSED: &[(&str, &str)] = &[
     ("STM32F401", "the STM32F401 has no CAN controller"),
     ("STM32F410", "the STM32F410 has no CAN controller"),

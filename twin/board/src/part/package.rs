@@ -28,7 +28,7 @@ pub(super) fn has(family: Family, package: char, Pin { port, number }: Pin) -> b
     let is_taken = match (family, package) {
         // VCAP_1 is in the place of PB11.
         (Family::F446, 'R' | 'V') => matches!((port, number), ('B', 11)),
-        // The DSI host has pins of its own.
+        // The DSI host has dedicated pins.
         (Family::F469, 'V') => matches!((port, number), ('C', 4 | 5) | ('D', 11..=13) | ('E', 0 | 1 | 3..=6)),
         (Family::F469, 'Z') => matches!((port, number), ('D', 7 | 13) | ('F', 6..=9) | ('G', 13 | 14)),
         (Family::F469, 'I') => matches!((port, number), ('H', 8..=15) | ('I', 2)),

@@ -20,17 +20,17 @@ const TX: [&[Pin]; 2] = [
     &[Pin::new('B', 13), Pin::new('B', 6)],
 ];
 
-/// Pins that can carry CAN_RX, and those that can carry CAN_TX, in parts that have them.
+/// Returns the pins that can carry CAN_RX, and those that can carry CAN_TX, in any part.
 pub(crate) fn places(side: Side) -> [&'static [Pin]; 2] {
     [RX[side as usize], TX[side as usize]]
 }
 
-/// Both signals of a controller are on the pins of the board's transceiver.
+/// Returns whether both signals of a controller are on the pins of the board's transceiver.
 pub(super) fn are_routed(gpio: &[Gpio], CanPins { rx, tx }: CanPins) -> bool {
     carries(gpio, rx) && carries(gpio, tx)
 }
 
-/// Why they are not.
+/// Returns the reason why they are not.
 pub(super) fn missing(gpio: &[Gpio], part: Part, pins: CanPins, side: Side) -> Option<String> {
     let [rx, tx] = places(side);
     [(pins.rx, rx, "RX"), (pins.tx, tx, "TX")].into_iter().find_map(|(wired, places, name)| {

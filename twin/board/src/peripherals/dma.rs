@@ -1,4 +1,4 @@
-//! DMA1 and DMA2: eight streams each that move what peripherals ask to be moved, from peripheral to memory or back.
+//! DMA1 and DMA2: eight streams each that move data on request of peripherals, from peripheral to memory or back.
 //!
 //! RM0090 chapter 10. Modelled: direct mode, circular and single buffers, priorities, half and complete flags, transfer
 //! errors, disabling under way, interrupts. Not modelled, and refused when a stream is enabled: FIFO mode, bursts, double
@@ -13,7 +13,7 @@ const HIFCR: u32 = 0x0C;
 const FIRST_STREAM: u32 = 0x10;
 const STREAM_LEN: u32 = 0x18;
 const LAST: u32 = FIRST_STREAM + 8 * STREAM_LEN - 1;
-/// Of a stream.
+/// Registers of a stream.
 const CR: u32 = 0x00;
 const NDTR: u32 = 0x04;
 const PAR: u32 = 0x08;
@@ -44,7 +44,7 @@ const TEIF: u32 = 1 << 3;
 const HTIF: u32 = 1 << 4;
 const TCIF: u32 = 1 << 5;
 const FLAGS: u32 = 0b11_1101;
-/// Where the flags of streams 0 to 3, and of 4 to 7, stand in LISR and HISR.
+/// Position of the flags of streams 0 to 3 in LISR, and of 4 to 7 in HISR.
 const FLAG_SHIFT: [u32; 4] = [0, 6, 16, 22];
 
 /// NVIC inputs of the streams of DMA1 and DMA2 (RM0090 table 61).
@@ -80,7 +80,7 @@ impl Stream {
     }
 
     fn irq(&self) -> bool {
-        // DMEIE to TCIE stand one bit below their flags.
+        // DMEIE to TCIE are one bit below their flags.
         self.flags & (self.cr & INTERRUPTS) << 1 != 0 || self.flags & 1 != 0 && self.fcr & FEIE != 0
     }
 
@@ -113,7 +113,7 @@ impl Stream {
         // Everything else is protected while the stream runs.
         self.cr = self.cr & !INTERRUPTS | value & INTERRUPTS;
         if value & EN == 0 {
-            // RM0090 10.3.14: the end of a transfer that was stopped shows like any other.
+            // RM0090 10.3.14: the end of a stopped transfer sets the flags like any other end.
             self.cr &= !EN;
             self.flags |= TCIF;
         }
@@ -149,18 +149,18 @@ impl Stream {
     }
 }
 
-/// What a stream moves next.
+/// Next transfer of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Transfer {
-    /// Which stream.
+    /// Stream of the transfer.
     pub stream: usize,
     /// Address of the peripheral's register, or of the memory to copy from.
     pub peripheral: u32,
     /// Address in memory.
     pub memory: u32,
-    /// 1, 2 or 4.
+    /// Size of the item in bytes: 1, 2 or 4.
     pub bytes: u32,
-    /// Into the peripheral's register, not out of it.
+    /// True for a transfer from memory to the peripheral.
     pub from_memory: bool,
 }
 
@@ -174,17 +174,17 @@ pub struct Dma {
 }
 
 impl Dma {
-    /// Controller 0 is DMA1, 1 is DMA2; after a reset.
+    /// Makes a controller after a reset; 0 is DMA1, 1 is DMA2.
     pub fn new(controller: usize) -> Self {
         Dma { streams: [Stream::RESET; 8], controller, enabled: 0 }
     }
 
-    /// RCC or a system reset.
+    /// Resets the controller, by RCC or a system reset.
     pub fn reset(&mut self) {
         *self = Dma::new(self.controller);
     }
 
-    /// A stream has changed.
+    /// Updates the state after a change of a stream.
     fn follow(&mut self, stream: usize) {
         let bit = 1 << stream;
         self.enabled = self.enabled & !bit | if self.streams[stream].is_enabled() { bit } else { 0 };
@@ -231,8 +231,8 @@ impl Dma {
         }
     }
 
-    /// What moves next when `asks(stream, channel)` tells where a request waits: the highest priority, then the lowest
-    /// stream (RM0090 10.3.5).
+    /// Returns the next transfer: of the streams for which `asks(stream, channel)` returns a request, the one with the
+    /// highest priority, then the lowest number (RM0090 10.3.5).
     pub fn next(&self, asks: impl Fn(usize, u32) -> bool) -> Option<Transfer> {
         let mut first: Option<(usize, &Stream)> = None;
         let mut rest = self.enabled;
@@ -264,7 +264,7 @@ impl Dma {
         self.streams[stream].cr >> 25 & 0b111
     }
 
-    /// A stream has moved its item. Returns how many are left.
+    /// Completes an item of a stream. Returns how many are left.
     pub fn done(&mut self, number: usize) -> u32 {
         let stream = &mut self.streams[number];
         stream.done += 1;
@@ -286,14 +286,14 @@ impl Dma {
         left
     }
 
-    /// A stream met a bus error: it stops.
+    /// Stops a stream after a bus error.
     pub fn failed(&mut self, stream: usize) {
         self.streams[stream].flags |= TEIF;
         self.streams[stream].cr &= !EN;
         self.follow(stream);
     }
 
-    /// Hands each NVIC line that is high to `raise`.
+    /// Calls `raise` for each NVIC line that is high.
     pub fn irqs(&self, mut raise: impl FnMut(u16)) {
         for (stream, irq) in self.streams.iter().zip(IRQS[self.controller]) {
             if stream.irq() {
@@ -329,7 +329,7 @@ mod tests {
         dma
     }
 
-    /// Serves `count` requests of whichever stream comes; returns where they went.
+    /// Serves `count` requests of any stream. Returns their addresses in memory.
     fn served(dma: &mut Dma, count: usize) -> Vec<u32> {
         (0..count)
             .map_while(|_| {

@@ -1,8 +1,7 @@
 //! GPIO ports A to K: modes, pulls, outputs with the times of their changes, alternate functions.
 //!
-//! RM0090 chapter 8. A pin reads what drives it: its own output, a timer, the harness, else its pull; nothing at all reads
-//! low.
-//! Open-drain, speed and the configuration lock are stored without effect.
+//! RM0090 chapter 8. A pin reads the level of its driver: its own output, a timer, the harness, otherwise its pull. A
+//! pin without any of these reads low. Open-drain, speed and the configuration lock are stored without effect.
 
 use can_wire::time::Time;
 
@@ -26,11 +25,11 @@ pub(super) const TIMER_AF: u32 = 2;
 /// An output pin changed its level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PinChange {
-    /// When.
+    /// Instant of the change.
     pub at: Time,
-    /// Which.
+    /// Pin that changed.
     pub pin: Pin,
-    /// The level from then on.
+    /// Level after the change.
     pub high: bool,
 }
 
@@ -63,7 +62,7 @@ impl Gpio {
         Gpio { port, words, driven: 0, levels: 0, timed: 0, timed_levels: 0 }
     }
 
-    /// RCC or a system reset; what the harness and timers drive stays.
+    /// Resets the port, by RCC or a system reset. Levels driven by harness and timers remain.
     pub fn reset(&mut self) {
         let Gpio { port, driven, levels, timed, timed_levels, .. } = *self;
         *self = Gpio { driven, levels, timed, timed_levels, ..Gpio::new(port) };
@@ -83,24 +82,24 @@ impl Gpio {
         (self.mode(n) == ALTERNATE).then_some(afr >> (4 * (n % 8)) & 0xF)
     }
 
-    /// The chip pulls pin `n` up.
+    /// Returns whether the chip pulls pin `n` up.
     pub fn is_pulled_up(&self, n: u32) -> bool {
         self.word(PUPDR) >> (2 * n) & 0b11 == 1
     }
 
-    /// The harness drives pin `n`, or lets go of it.
+    /// Drives pin `n` by the harness, or releases it.
     pub fn drive(&mut self, n: u32, level: Option<bool>) {
         self.driven = self.driven & !(1 << n) | u32::from(level.is_some()) << n;
         self.levels = self.levels & !(1 << n) | u32::from(level == Some(true)) << n;
     }
 
-    /// What the harness drives pin `n` to.
+    /// Returns the level to which the harness drives pin `n`.
     pub fn driven_level(&self, n: u32) -> Option<bool> {
         (self.driven >> n & 1 == 1).then_some(self.levels >> n & 1 == 1)
     }
 
-    /// A timer drives pin `n` to this level as soon as the pin carries it, or does so no more. Returns whether the pin's
-    /// output changes now.
+    /// Sets the timer's level for pin `n`, which applies as soon as the pin has that function; `None`: none. Returns
+    /// whether the pin's output changes now.
     pub fn drive_by_timer(&mut self, n: u32, level: Option<bool>) -> bool {
         let before = self.outputs();
         self.timed = self.timed & !(1 << n) | u32::from(level.is_some()) << n;
@@ -146,7 +145,7 @@ impl Gpio {
         }
     }
 
-    /// A store at `at`; changes of outputs go into `changes`. `None` for what does not exist.
+    /// Stores at `at`; adds changes of outputs to `changes`. `None` for what does not exist.
     pub fn write(&mut self, at: Time, offset: u32, value: u32, changes: &mut Vec<PinChange>) -> Option<()> {
         let before = self.outputs();
         match offset {

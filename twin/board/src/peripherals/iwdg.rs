@@ -1,7 +1,8 @@
 //! IWDG: the independent watchdog on the LSI oscillator.
 //!
-//! RM0090 chapter 21. Started by software, or by every reset where the option bytes say so; only a reset stops it. It runs on in Sleep, in endless fault handlers and
-//! through a lock-up. DBG_IWDG_STOP freezes it while a debugger halts the core.
+//! RM0090 chapter 21. Software starts it, or every reset if the option bytes select that; only a reset stops it. It
+//! continues in Sleep, in endless fault handlers and in lock-up. DBG_IWDG_STOP freezes it while a debugger halts the
+//! core.
 
 use can_wire::time::{TICKS_PER_US, Time};
 
@@ -26,9 +27,9 @@ pub struct Iwdg {
     writable: bool,
     pr: u32,
     rlr: u32,
-    /// When PVU and RVU go away.
+    /// Instants at which PVU and RVU are cleared.
     updated: [Time; 2],
-    /// Since when it counts down from which value.
+    /// Start of the count, and the value from which it counts down.
     counting: Option<(Time, u32)>,
 }
 
@@ -45,7 +46,7 @@ impl Iwdg {
         }
     }
 
-    /// Any reset of the chip stops it.
+    /// Stops it, at any reset of the chip.
     pub fn reset(&mut self) {
         *self = Iwdg::new(self.lsi_hz as u32);
     }
@@ -60,13 +61,13 @@ impl Iwdg {
         Time(ticks.div_ceil(u128::from(self.lsi_hz)) as u64)
     }
 
-    /// When it resets the chip unless it is reloaded before.
+    /// Returns the instant at which it resets the chip unless it is reloaded before.
     pub fn deadline(&self) -> Option<Time> {
         let (since, count) = self.counting?;
         Some(since + self.span((u64::from(count) + 1) * self.divider()))
     }
 
-    /// It was frozen for `span`.
+    /// Accounts for a freeze of `span`.
     pub fn stood_still(&mut self, span: Time) {
         if let Some((since, _)) = &mut self.counting {
             *since += span;
@@ -87,11 +88,11 @@ impl Iwdg {
         })
     }
 
-    /// A store. PR and RLR take nothing before the access key.
+    /// Stores to a register. PR and RLR ignore stores before the access key.
     ///
     /// # Errors
-    /// [`Refusal::Misuse`] for a second value while the first is being taken over, [`Refusal::Unmodelled`] for what does
-    /// not exist.
+    /// [`Refusal::Misuse`] for a second value while the update with the first is in progress, [`Refusal::Unmodelled`]
+    /// for what does not exist.
     pub fn write(&mut self, now: Time, offset: u32, value: u32) -> Result<(), Refusal> {
         match offset {
             KR => {
@@ -121,7 +122,7 @@ impl Iwdg {
         Ok(())
     }
 
-    /// Starts it, from FFFh whatever RLR says (RM0090 21.3). Without effect while it runs.
+    /// Starts it from FFFh, independent of RLR (RM0090 21.3). Has no effect while it runs.
     pub fn start(&mut self, now: Time) {
         self.counting.get_or_insert((now, FULL));
     }
@@ -218,7 +219,7 @@ mod tests {
     #[test]
     fn a_new_prescaler_applies_to_what_is_left() {
         let mut iwdg = started(32_000, 0, 15);
-        // 16 counts of 125 us; 8 are gone, the others take 250 us each.
+        // 16 counts of 125 us; 8 have elapsed, the others take 250 us each.
         iwdg.write(Time::from_ms(1), KR, KEY_ACCESS).unwrap();
         iwdg.write(Time::from_ms(1), PR, 1).unwrap();
         assert_eq!(iwdg.deadline(), Some(Time::from_ms(3)));

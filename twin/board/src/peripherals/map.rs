@@ -1,4 +1,4 @@
-//! Where the blocks stand in the address space, and what clocks them.
+//! Addresses of the blocks and their clocks.
 
 use super::rcc::{AHB1, APB1, APB2, Gate};
 use super::timer::{CCR1, CCR4};
@@ -54,7 +54,7 @@ impl Block {
         Some((block, address & !0x3FF))
     }
 
-    /// Whether an access meets what TIM3 and TIM5 have done until then.
+    /// Returns whether an access depends on the state of TIM3 and TIM5 at that instant.
     pub(super) fn shows_timers(self) -> bool {
         matches!(self, Block::Timer(TIM3 | TIM5) | Block::Gpio(_) | Block::Rcc)
     }
@@ -79,7 +79,7 @@ impl Block {
         }
     }
 
-    /// Its clock gate; some blocks have none.
+    /// Returns its clock gate; some blocks have none.
     pub(super) fn gate(self, offset: u32) -> Option<Gate> {
         let (bus, bit) = match self {
             Block::Can if offset < 0x400 => (APB1, CAN1_BIT),
@@ -97,7 +97,7 @@ impl Block {
         Some(Gate { bus, bit })
     }
 
-    /// Whether its registers take an access of this width at all (RM0090 10.5, 13.13, 21.4, 32.9,
+    /// Checks whether its registers support an access of this width (RM0090 10.5, 13.13, 21.4, 32.9,
     /// 38.16).
     pub(super) fn takes(self, width: Width) -> Result<(), Refusal> {
         let taken = match self {

@@ -1,7 +1,7 @@
 //! The peripherals of one part and the bus in front of them.
 //!
-//! The bus refuses what a real one would answer with silence: registers that the model lacks and blocks whose clock is
-//! off in RCC. A twin that answered zeros would let wrong firmware fly.
+//! The bus refuses accesses that a real one would ignore: to registers that are not modelled and to blocks whose clock
+//! is off in RCC. If the twin returned zeros, wrong firmware would pass its tests.
 
 #[cfg(test)]
 mod bench;
@@ -30,7 +30,7 @@ mod wires;
 use can_wire::time::Time;
 
 use crate::accelerator::PRFTEN;
-use crate::bxcan::{BxcanPair, Line, PclkTick, Registers, Side};
+use crate::bxcan::{BusTap, BxcanPair, PclkTick, Registers, Side};
 use crate::mmio::{Now, Refusal, Width, duplicate, mask, merge};
 use crate::model::{FLASH_BASE, Model, Part, Pins};
 use crate::part::Family;
@@ -79,11 +79,11 @@ const LSI_HZ: u32 = 32_000;
 /// A timer changed the level of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TimedChange {
-    /// The HCLK cycle at which it did.
+    /// HCLK cycle of the change.
     pub cycle: u64,
-    /// Which pin.
+    /// Pin that changed.
     pub pin: Pin,
-    /// The level from then on.
+    /// Level after the change.
     pub high: bool,
 }
 
@@ -91,7 +91,7 @@ pub(crate) struct TimedChange {
 #[derive(Clone, Debug)]
 pub struct Peripherals {
     pub(crate) part: Part,
-    /// What the pins of the board lead to.
+    /// Connections of the board's pins.
     pins: Pins,
     serial: u32,
     pub(crate) rcc: Rcc,
@@ -106,9 +106,9 @@ pub struct Peripherals {
     timers: Timers,
     iwdg: Iwdg,
     pub(crate) can: BxcanPair,
-    /// The pins carry CAN1, CAN2.
+    /// Whether the pins carry CAN1 and CAN2.
     can_routed: [bool; 2],
-    /// Since when a debugger has halted the core.
+    /// Instant since which a debugger has halted the core.
     halted: Option<Time>,
     /// Changes of output pins by stores, until the board takes them.
     pub(crate) pin_changes: Vec<PinChange>,
@@ -117,7 +117,7 @@ pub struct Peripherals {
     has_changed: bool,
 }
 
-/// PCLK1 until the board says what it is: HSI, exact.
+/// Returns the tick of PCLK1 until the board sets it: HSI, exact.
 fn hsi_tick() -> PclkTick {
     PclkTick::new(21, 1)
 }
@@ -155,7 +155,8 @@ impl Peripherals {
         std::mem::take(&mut self.has_changed)
     }
 
-    /// Becomes an F405 of revision A: prefetch does not work there, and DEV_ID is that of the STM32F20x (ES0182).
+    /// Makes the part an F405 of revision A, whose prefetch does not work and whose DEV_ID is that of the STM32F20x
+    /// (ES0182).
     ///
     /// # Panics
     /// For another part: a mistake in a test, not an input.
@@ -168,7 +169,7 @@ impl Peripherals {
         self.dbgmcu.idcode() == IDCODE_REVISION_A
     }
 
-    /// A reset of the whole part. DBGMCU alone survives all but power-on (RM0090 38.16.3).
+    /// Resets the whole part. Only power-on resets DBGMCU (RM0090 38.16.3).
     pub fn reset(&mut self, now: Time, cause: ResetCause) {
         self.rcc.reset(cause);
         self.halted = None;
@@ -193,10 +194,10 @@ impl Peripherals {
         }
     }
 
-    /// A load by the core.
+    /// Loads a value for the core.
     ///
     /// # Errors
-    /// A [`Refusal`] when nothing may answer.
+    /// A [`Refusal`] if the access is not supported.
     pub fn read(&mut self, now: Now, address: u32, width: Width) -> Result<u32, Refusal> {
         let (block, offset) = self.select(address, width)?;
         let word = offset & !3;
@@ -226,10 +227,10 @@ impl Peripherals {
         Ok(value >> (8 * (address & 3)) & mask(width))
     }
 
-    /// A store by the core; `value` above `width` is zero.
+    /// Stores a value of the core; bits of `value` above `width` are zero.
     ///
     /// # Errors
-    /// A [`Refusal`] when nothing may answer.
+    /// A [`Refusal`] if the access is not supported.
     pub fn write(&mut self, now: Now, address: u32, width: Width, value: u32) -> Result<(), Refusal> {
         self.has_changed = true;
         if (FLASH_BASE..FLASH_BASE + self.part.flash_bytes()).contains(&address) {
@@ -239,7 +240,7 @@ impl Peripherals {
         let word = offset & !3;
         let value = match self.kept(now, block, word) {
             Some(old) => merge(width, address, old, value),
-            // Timers look at the width of the access.
+            // Timers depend on the width of the access.
             None if matches!(block, Block::Timer(_)) => value,
             None => duplicate(width, value),
         };
@@ -258,7 +259,7 @@ impl Peripherals {
             Block::Pwr => self.pwr.write(word, value),
             Block::Syscfg => self.syscfg.write(word, value),
             Block::Exti => self.exti.write(word, value),
-            // The backup domain takes no store without DBP.
+            // The backup domain ignores stores without DBP.
             Block::Rcc if word == BDCR && !self.pwr.allows_backup() => Some(()),
             Block::Rcc => self.rcc.write(now, word, value),
             Block::Flash => Some(self.flash.write(now.time, word, value)?),
@@ -275,14 +276,15 @@ impl Peripherals {
         if matches!(block, Block::Rcc | Block::Pwr) && !self.clocks_are_allowed() {
             return Err(Refusal::ClockLimit);
         }
-        // Flash that is read faster than it can be gives anything.
+        // Reads that are faster than the flash return undefined values.
         if matches!(block, Block::Rcc | Block::Flash) && !self.flash.is_fast_enough(self.rcc.clocks().hclk) {
             return Err(Refusal::Misuse);
         }
         done.ok_or(Refusal::Unmodelled)
     }
 
-    /// Whether the clocks are within the limits of the part. A prescaler that is broken is no mistake of the program.
+    /// Whether the clocks are within the limits of the part. A broken prescaler does not count as an error of the
+    /// program.
     fn clocks_are_allowed(&self) -> bool {
         let Clocks { hclk, apb1_divider, apb2_divider, .. } = self.rcc.clocks();
         let [most, apb1, apb2] = self.pwr.most();
@@ -290,8 +292,8 @@ impl Peripherals {
         hclk <= most && is_apb1_allowed && hclk / apb2_divider <= apb2
     }
 
-    /// What the bytes that a store leaves out hold on AHB, which keeps them. `None` behind the bridges to APB, which feed
-    /// a byte or half-word to the whole register, duplicated (RM0090 2.1).
+    /// Returns the value of the bytes that a store does not write, which AHB keeps. `None` behind the bridges to APB,
+    /// which write a byte or half-word to the whole register, duplicated (RM0090 2.1).
     fn kept(&self, now: Now, block: Block, word: u32) -> Option<u32> {
         match block {
             Block::Gpio(port) => self.gpio[port].read(word),
@@ -321,7 +323,7 @@ impl Peripherals {
         self.can.set_pclk(pclk1);
     }
 
-    /// The harness drives an input pin, or lets go of it.
+    /// Drives an input pin by the harness, or releases it.
     pub fn drive(&mut self, pin: Pin, level: Option<bool>) {
         let before = self.exti_inputs();
         self.gpio[pin.port_index()].drive(u32::from(pin.number), level);
@@ -329,8 +331,8 @@ impl Peripherals {
         self.exti.edges(before, after);
     }
 
-    /// CAN_RX of a bus changes, on the wire from there to its capture pin, at `cycle`. Whether the program may notice at once: by an
-    /// interrupt line or a DMA transfer. A board without these wires notices nothing.
+    /// Changes the capture pin that is wired to CAN_RX of a bus at `cycle`. Returns whether this may raise an interrupt
+    /// line or a DMA transfer. Has no effect on a board without these wires.
     pub fn capture_edge(&mut self, side: Side, cycle: u64, level: bool) -> bool {
         let Some(pins) = self.pins.capture else { return false };
         let n = u32::from(pins[side as usize].number);
@@ -350,7 +352,7 @@ impl Peripherals {
         captured || external
     }
 
-    /// Lets TIM5 and TIM3 count until `cycle`: one starts the other, both drive pins.
+    /// Runs TIM5 and TIM3 until `cycle`: TIM5 starts TIM3, both drive pins.
     pub fn run_timers(&mut self, cycle: u64) {
         self.timers.all[TIM5].catch_up(cycle);
         if !self.timers.all[TIM5].rises.is_empty() {
@@ -375,28 +377,28 @@ impl Peripherals {
         }
     }
 
-    /// Changes of pins by timers since the last call, in the order of time.
+    /// Takes the changes of pins by timers since the last call, in chronological order.
     pub(crate) fn take_timed_changes(&mut self) -> Vec<TimedChange> {
         std::mem::take(&mut self.timed_changes)
     }
 
-    /// What TIM5 counts at `cycle`, with the part of the next count that has passed.
+    /// Returns the count of TIM5 at `cycle`, with its fraction.
     pub fn capture_clock(&self, cycle: u64) -> f64 {
         self.timers.all[TIM5].exact_count(cycle)
     }
 
-    /// When the watchdog resets the chip unless the program reloads it before.
+    /// Returns the instant at which the watchdog resets the chip unless the program reloads it before.
     pub fn watchdog_deadline(&self) -> Option<Time> {
         let frozen = self.halted.is_some() && self.dbgmcu.freezes_watchdog();
         self.iwdg.deadline().filter(|_| !frozen)
     }
 
-    /// A debugger halts the core.
+    /// Halts the core as a debugger does.
     pub(crate) fn halt(&mut self, now: Time) {
         self.halted = Some(now);
     }
 
-    /// It goes on.
+    /// Resumes the core.
     pub(crate) fn go_on(&mut self, now: Time) {
         if let Some(since) = self.halted.take()
             && self.dbgmcu.freezes_watchdog()
@@ -405,12 +407,12 @@ impl Peripherals {
         }
     }
 
-    /// A controller stands still with its core.
+    /// Returns whether a controller is frozen with its core.
     fn is_can_frozen(&self, side: Side) -> bool {
         self.halted.is_some() && self.dbgmcu.freezes_can(side) && self.can.stops_in_debug(side)
     }
 
-    /// The LSI oscillator's frequency, Hz; the watchdog must not run yet.
+    /// Sets the frequency of the LSI oscillator, in Hz. The watchdog must not run yet.
     pub fn set_lsi(&mut self, hz: u32) {
         self.iwdg = Iwdg::new(hz);
     }
@@ -459,8 +461,8 @@ impl Peripherals {
         [self.i2c.next_event(), self.timers.next_event(now.cycle)].into_iter().flatten().min()
     }
 
-    /// The controller as its wire sees it: `None` while it has no clock or its pins do not carry it.
-    pub fn can_line(&mut self, side: Side) -> Option<Line<'_>> {
+    /// Returns the access of a wire to the controller; `None` while it has no clock or its pins do not carry it.
+    pub fn can_line(&mut self, side: Side) -> Option<BusTap<'_>> {
         self.is_can_connected(side).then(|| self.can.line(side))
     }
 
@@ -473,8 +475,8 @@ impl Peripherals {
         self.can_routed[side as usize] && self.is_can_clocked(side) && !self.is_can_frozen(side)
     }
 
-    /// Why a controller that takes part reaches no bus; `None` when it does, and while it does not take part. `wired`: a bus
-    /// is behind its transceiver.
+    /// Returns the reason why a controller that takes part reaches no bus. `None` if it reaches one or does not take
+    /// part. `wired`: its transceiver is connected to a bus.
     pub(crate) fn unconnected_can(&self, side: Side, wired: bool) -> Option<String> {
         if !self.is_can_clocked(side) || !self.can.takes_part(side) {
             return None;

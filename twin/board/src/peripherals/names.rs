@@ -1,14 +1,14 @@
-//! The memory map of the parts: what is where, and which addresses are reserved.
+//! The memory map of the parts, with reserved addresses.
 //!
-//! Names of memories, peripherals and registers are those of RM0090, RM0390 and RM0386 (tables 1, and the register map at the end of each
-//! chapter). The manuals call the rest "reserved" and do not say what answers there. The twin takes the strict reading: a bus fault
-//! everywhere, also in a gap behind a bridge to APB. Addresses of the core itself (E000 0000h to E00F FFFFh) do not come here, but
-//! for DBGMCU.
+//! Names of memories, peripherals and registers are those of RM0090, RM0390 and RM0386 (tables 1, and the register map
+//! at the end of each chapter). The manuals call all other addresses "reserved" and do not define accesses to them. The
+//! twin is strict: they cause a bus fault, also in a gap behind a bridge to APB. Of the addresses of the core itself
+//! (E000 0000h to E00F FFFFh) only DBGMCU is handled by this module.
 
 use crate::model::FLASH_BASE;
 use crate::part::{Lines, Part};
 
-/// Registers word by word; a dot is a hole.
+/// Names of registers, word by word; a dot is a gap.
 const TIMER: &str =
     "CR1 CR2 SMCR DIER SR EGR CCMR1 CCMR2 CCER CNT PSC ARR RCR CCR1 CCR2 CCR3 CCR4 BDTR DCR DMAR OR";
 const USART: &str = "SR DR BRR CR1 CR2 CR3 GTPR";
@@ -41,7 +41,7 @@ const CRYP: &str = "CR SR DIN DOUT DMACR IMSCR RISR MISR";
 /// The ports follow each other from A on.
 const GPIO_BASE: u32 = 0x4002_0000;
 
-/// First address, length, name, registers, and the lines that have it.
+/// A block: first address, length, name, registers, and the lines that have it.
 type Place = (u32, u32, &'static str, &'static str, Lines);
 
 const ALL: Lines = Lines::ALL;
@@ -60,7 +60,8 @@ const WITH_CRYPTO: Lines = Lines::F415.and(Lines::F417).and(Lines::F437).and(F43
 const PLACES: [Place; 80] = [
     (0x1FFF_0000, 0x7800, "system memory", "", ALL),
     (0x1FFF_7800, 0x210, "OTP area", "", ALL),
-    // The unique ID, the size of the flash and the calibration of the ADC; the manuals do not say what is behind them.
+    // The unique ID, the size of the flash and the calibration of the ADC; the manuals do not define the area behind
+    // them.
     (0x1FFF_7A10, 0x45F0, "device signature", "", ALL),
     (0x1FFF_C000, 0x10, "option bytes", "", ALL),
     (0x1FFE_C000, 0x10, "option bytes of the second bank", "", TWO_BANKS),
@@ -141,8 +142,8 @@ const PLACES: [Place; 80] = [
     (0xE004_2000, 0x400, "DBGMCU", "IDCODE CR APB1_FZ APB2_FZ", ALL),
 ];
 
-/// What lies at `address`: `DAC.SWTRIGR`, or `USB OTG FS + 800h` where registers have no names here. `None` for reserved
-/// addresses.
+/// Returns the register at `address`, as `DAC.SWTRIGR`, or `USB OTG FS + 800h` for a block whose registers are not in
+/// the table. `None` for reserved addresses.
 pub(crate) fn name(part: Part, address: u32) -> Option<String> {
     if let Some(port) = address.checked_sub(GPIO_BASE).map(|offset| offset / 0x400)
         && (port as usize) < part.ports()
@@ -238,8 +239,8 @@ mod tests {
         }
     }
 
-    /// First and last addresses of the gaps that all have, by the figures "Memory map" of the data sheets (DS8626, DS9405, DS10693, DS11189)
-    /// and tables 1 of RM0090, RM0390 and RM0386.
+    /// First and last addresses of the gaps that all parts have, by the figures "Memory map" of the data sheets
+    /// (DS8626, DS9405, DS10693, DS11189) and tables 1 of RM0090, RM0390 and RM0386.
     const GAPS_OF_ALL: [(u32, u32); 10] = [
         (0x1FFF_C010, 0x1FFF_FFFF),
         (0x4000_2400, 0x4000_27FF),
@@ -319,13 +320,14 @@ mod tests {
     /// First address of the registers of the core.
     const CORE: u32 = 0xE000_0000;
 
-    /// Returns whether anything that is not reserved lies from `first` to `last`, looked at in steps of the smallest block.
+    /// Returns whether all addresses from `first` to `last` are reserved, checked in steps of the smallest block.
     fn is_empty(part: Part, first: u32, last: u32) -> bool {
         let steps = (first..=last).step_by(((last - first) / 0x1000).max(0x10) as usize & !0xF);
         steps.chain([last]).all(|address| is_reserved(part, address) || address >> 20 == CORE >> 20)
     }
 
-    /// Given each gap of the memory map, then nothing is in it, and what lies before and behind it is not reserved, or is another gap.
+    /// Given each gap of the memory map, then all of it is reserved, and the addresses before and behind it are not
+    /// reserved, or are another gap.
     #[test]
     fn gaps_of_the_memory_map_are_reserved_to_their_ends() {
         for (name, own) in [

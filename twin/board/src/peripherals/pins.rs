@@ -7,7 +7,7 @@ use crate::devices::I2cDevice;
 use crate::part::{Lines, Part};
 use crate::pin::Pin;
 
-/// A pin, its alternate function, and the lines that have it.
+/// A pin, its alternate function, and the lines of parts that have it.
 type Route = (Pin, u32, Lines);
 
 const fn pin(port: char, number: u8, function: u32) -> Route {
@@ -44,7 +44,7 @@ impl Ports<'_> {
         })
     }
 
-    /// Whether SCL and SDA of I2C1 to I2C3 (0 to 2) reach pins, and whether both are pulled up inside the chip.
+    /// Returns whether SCL and SDA of I2C1 to I2C3 (0 to 2) reach pins, and whether both are pulled up inside the chip.
     fn i2c(&self, n: usize) -> (bool, bool) {
         let routed = I2C[n].iter().all(|routes| self.carriers(routes).next().is_some());
         let is_pulled_up = |routes: &[Route]| self.carriers(routes).any(|(gpio, n)| gpio.is_pulled_up(n));
@@ -53,7 +53,7 @@ impl Ports<'_> {
 }
 
 impl Peripherals {
-    /// Follows the alternate functions of the pins: CAN, and I2C that is in use.
+    /// Updates CAN, and I2C that is in use, after a change of the pins' alternate functions.
     pub(super) fn follow_pins(&mut self, cycle: u64) {
         let is_routed = |side| can_pins::are_routed(&self.gpio, self.pins.can(side));
         self.can_routed = [Side::Can1, Side::Can2].map(is_routed);

@@ -1,7 +1,9 @@
 //! RCC: oscillators, the clock tree, clock gates, peripheral resets, reset flags.
 //!
-//! RM0090 chapters 7 (F405) and 6 (F42x), RM0390 chapter 6 (F446), RM0386 chapter 6 (F469). HSE and the PLL take their datasheet's time to get ready; HSE never
-//! does while HSEBYP does not suit what the board has on OSC_IN, or when that is broken. Gated clocks are enforced by the bus; what the low-power enables (LPENR) switch off in Sleep is stored and not enforced. PLLI2S and PLLSAI lock at once.
+//! RM0090 chapters 7 (F405) and 6 (F42x), RM0390 chapter 6 (F446), RM0386 chapter 6 (F469). HSE and the PLL take their
+//! datasheet's time to get ready; HSE never becomes ready while HSEBYP does not match the oscillator of the board, or
+//! if that is broken. The bus enforces gated clocks; the low-power enables (LPENR) for Sleep are stored without effect.
+//! PLLI2S and PLLSAI lock at once.
 
 use can_wire::time::Time;
 
@@ -28,7 +30,7 @@ const APB2ENR: u32 = 0x44;
 pub const BDCR: u32 = 0x70;
 const CSR: u32 = 0x74;
 const DCKCFGR: u32 = 0x8C;
-/// Registers, the F446's DCKCFGR2 the last.
+/// Number of registers; the last one is DCKCFGR2 of the F446.
 const WORDS: usize = 0x94 / 4 + 1;
 
 const CR_HSION: u32 = 1 << 0;
@@ -72,12 +74,12 @@ const AT_RESET: [(u32, [u32; 4]); 8] = [
     (0x88, [0, 0x2400_3000, 0x0400_3010, 0x2400_3000]),
 ];
 
-/// What caused the reset that the program starts from (RCC_CSR).
+/// Cause of the last reset (RCC_CSR).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ResetCause {
     /// Power came up.
     PowerOn,
-    /// The supply fell below the threshold of the brown-out reset, and not so far that it is a power-on.
+    /// The supply fell below the threshold of the brown-out reset, but not below that of the power-on reset.
     BrownOut,
     /// The reset pin.
     Pin,
@@ -100,7 +102,7 @@ impl ResetCause {
     }
 }
 
-/// Offsets of the registers of a bus from those of AHB1.
+/// Offsets of the registers of a bus relative to those of AHB1.
 pub(super) const AHB1: u32 = 0x00;
 pub(super) const APB1: u32 = 0x10;
 pub(super) const APB2: u32 = 0x14;
@@ -114,7 +116,7 @@ pub struct Gate {
     pub bit: u32,
 }
 
-/// Frequencies that follow from the registers.
+/// Frequencies configured by the registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clocks {
     /// HCLK in Hz, nominal.
@@ -136,7 +138,7 @@ pub struct Rcc {
     words: [u32; WORDS],
     /// HSE starts when it is next switched on.
     pub hse_starts: bool,
-    /// Before this instant it does not.
+    /// Instant before which HSE does not start.
     pub hse_from: Time,
     /// The prescaler of APB1 is broken: it divides by 2.
     pub apb1_stuck: bool,
@@ -166,7 +168,7 @@ impl Rcc {
         rcc
     }
 
-    /// HSE stops, and does not start again. The clock security system then switches to HSI and raises the NMI (RM0090 7.2.7).
+    /// Stops HSE permanently. The clock security system then switches to HSI and raises the NMI (RM0090 7.2.7).
     ///
     /// # Panics
     /// Without clock security system on HSE that runs: a chip without clock is not modelled.
@@ -191,7 +193,7 @@ impl Rcc {
         self.word(CIR) & CIR_CSSF != 0
     }
 
-    /// Everything but the reset flags starts again; they add up until RMVF or a reset of the supply clears them.
+    /// Resets all registers except the reset flags, which accumulate until RMVF or a reset of the supply clears them.
     pub fn reset(&mut self, cause: ResetCause) {
         let flags = match cause {
             ResetCause::PowerOn | ResetCause::BrownOut => 0,
@@ -228,7 +230,7 @@ impl Rcc {
             (Family::F42x | Family::F469, 0x88) | (Family::F446, 0x88 | 0x90 | 0x94) => return true,
             _ => {}
         }
-        // The F405 has no DCKCFGR, yet HALs of the family touch it on every part.
+        // The F405 has no DCKCFGR, but HALs of the family access it on every part.
         matches!(offset, 0x00..=0x18 | 0x20 | 0x24 | 0x30..=0x38 | 0x40 | 0x44 | 0x50..=0x58 | 0x60 | 0x64
             | 0x70 | 0x74 | 0x80 | 0x84 | DCKCFGR)
     }
@@ -307,7 +309,7 @@ impl Rcc {
         Some(())
     }
 
-    /// LSE is a crystal on both boards. Bypassed it has no clock, and never gets ready.
+    /// Writes BDCR. LSE is a crystal on both boards. If it is bypassed, it has no clock and never becomes ready.
     fn write_bdcr(&mut self, now: Time, value: u32) {
         // The source of RTCCLK stays until the backup domain is reset (RM0090 7.3.20).
         let source = match self.word(BDCR) & BDCR_RTCSEL {
@@ -329,7 +331,7 @@ impl Rcc {
         self.word(AHB1ENR + gate.bus) >> gate.bit & 1 == 1
     }
 
-    /// The clock tree as set now.
+    /// Returns the frequencies of the present clock tree.
     pub fn clocks(&self) -> Clocks {
         let pllcfgr = self.word(PLLCFGR);
         let cfgr = self.word(CFGR);
@@ -467,7 +469,7 @@ mod tests {
         assert_eq!(cr & (CR_HSEON | CR_PLLON | CR_HSION), CR_HSEON | CR_PLLON);
     }
 
-    /// It stays on through a reset of the part and stops with the backup domain.
+    /// LSE continues during a reset of the part and stops at a reset of the backup domain.
     #[test]
     fn lse_gets_ready_after_its_start_up_time() {
         let mut rcc = Rcc::new(Model::shipped("pyboard-v11"));

@@ -1,4 +1,4 @@
-//! Requests of the peripherals at the DMA controllers, and the transfers that follow.
+//! DMA requests of the peripherals, and the resulting transfers.
 
 use super::Peripherals;
 use super::dma::Transfer;
@@ -16,7 +16,7 @@ pub trait Ram {
     fn store(&mut self, address: u32, bytes: &[u8]) -> bool;
 }
 
-/// Who asks a stream: a timer by a set of channels, an interface by its number.
+/// Source of a DMA request: a timer with a set of channels, or an interface with its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Requester {
     Timer(usize, u32),
@@ -24,7 +24,7 @@ enum Requester {
     I2cSends(usize),
 }
 
-/// Who asks a stream of DMA1 (controller 0) or DMA2 on a channel (RM0090 tables 42 and 43).
+/// Returns the source of requests for a stream of DMA1 (controller 0) or DMA2 on a channel (RM0090 tables 42 and 43).
 const fn requester(controller: usize, stream: usize, channel: u32) -> Option<Requester> {
     use Requester::*;
     const CH1: u32 = 1;
@@ -51,9 +51,9 @@ const fn requester(controller: usize, stream: usize, channel: u32) -> Option<Req
 }
 
 impl Peripherals {
-    /// Moves what DMA streams are asked to move. Returns whether anything was to be moved.
+    /// Executes pending DMA requests. Returns whether there were any.
     pub fn transfer(&mut self, now: Now, ram: &mut dyn Ram) -> bool {
-        // A stream that moves to or from another register than the one that asks would move for ever.
+        // Limit of transfers: a stream that accesses another register than that of the requester would run for ever.
         const MOST: usize = 64;
         let mut any = false;
         for _ in 0..MOST {
@@ -61,7 +61,8 @@ impl Peripherals {
             any = true;
             let stream = transfer.stream;
             let asked = requester(controller, stream, self.dma[controller].channel(stream));
-            // What a timer asks is answered by the transfer; an interface by the access to its data register.
+            // The transfer itself clears the request of a timer; the access to the data register clears that of an
+            // interface.
             match asked {
                 Some(Requester::Timer(timer, channels)) => {
                     let channels = self.timers.all[timer].requests & channels;

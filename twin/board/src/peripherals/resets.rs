@@ -8,7 +8,7 @@ use super::system::Pwr;
 use crate::bxcan::Side;
 
 impl Peripherals {
-    /// Blocks of which RCC has set the reset bits.
+    /// Resets the blocks whose reset bits were set in RCC.
     pub(super) fn reset_blocks(&mut self, bus: u32, bits: u32) {
         let hit = |on: u32, bit: u32| bus == on && bits >> bit & 1 == 1;
         for (port, gpio) in self.gpio.iter_mut().enumerate() {

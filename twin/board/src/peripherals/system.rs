@@ -64,7 +64,7 @@ impl Pwr {
         if is_over_driven { [hclk, 45 * MHZ, 90 * MHZ] } else { [hclk, 42 * MHZ, 84 * MHZ] }
     }
 
-    /// DBP: the backup domain takes stores.
+    /// Returns DBP: the backup domain accepts stores.
     pub fn allows_backup(&self) -> bool {
         self.cr >> 8 & 1 == 1
     }
@@ -97,7 +97,7 @@ impl Pwr {
     }
 }
 
-/// DBGMCU, RM0090 38.16: what stands still while a debugger halts the core.
+/// DBGMCU, RM0090 38.16: selects the peripherals that are frozen while a debugger halts the core.
 #[derive(Clone, Debug)]
 pub struct Dbgmcu {
     words: [u32; 4],
@@ -109,7 +109,7 @@ impl Dbgmcu {
         Dbgmcu { words: [part.idcode(), 0, 0, 0] }
     }
 
-    /// Power-on clears all but the identity.
+    /// Clears all registers except the identity, at power-on.
     pub fn reset(&mut self) {
         self.words[1..].fill(0);
     }
@@ -129,12 +129,12 @@ impl Dbgmcu {
         self.words[APB1_FZ] & CAN_STOP[side as usize] != 0
     }
 
-    /// Bits of APB1_FZ and APB2_FZ that ask for what the model does not stop.
+    /// Returns the bits of APB1_FZ and APB2_FZ for peripherals that the model cannot freeze.
     pub fn unmodelled_freezes(&self) -> (u32, u32) {
         (self.words[APB1_FZ] & !(IWDG_STOP | CAN_STOP[0] | CAN_STOP[1]), self.words[APB1_FZ + 1])
     }
 
-    /// Another part or revision.
+    /// Sets part and revision.
     pub fn set_idcode(&mut self, idcode: u32) {
         self.words[0] = idcode;
     }

@@ -80,7 +80,7 @@ fn a_byte_store_to_a_port_keeps_its_neighbours() {
     assert_eq!(bench.read(0x4002_0000), 0xA800_0055);
 }
 
-/// HALs write the top byte of RCC_CR by itself, and vendor code the bytes of RCC_CFGR.
+/// HALs write the top byte of RCC_CR separately, and vendor code the bytes of RCC_CFGR.
 #[test]
 fn a_byte_store_to_rcc_keeps_its_neighbours() {
     use Width::{Byte, Half, Word};
@@ -94,7 +94,7 @@ fn a_byte_store_to_rcc_keeps_its_neighbours() {
     }
 }
 
-/// RM0090 2.1: a bridge feeds a byte or half-word to the whole register, duplicated.
+/// RM0090 2.1: a bridge writes a byte or half-word to the whole register, duplicated.
 #[test]
 fn a_narrow_store_to_apb_is_duplicated() {
     use Width::{Byte, Half};
@@ -167,7 +167,8 @@ fn the_f446_has_no_port_i_and_its_own_identity() {
     assert_eq!(read(0x1FFF_7A20).map(|size| size >> 16), Ok(512));
 }
 
-/// Accesses and widths of embassy-stm32 0.6 on its way to a ring of captures: timer, input capture, ring buffer, start.
+/// Uses the accesses and widths of embassy-stm32 0.6 when it sets up a ring of captures: timer, input capture, ring
+/// buffer, start.
 #[test]
 fn the_hals_way_to_a_ring_of_captures_is_accepted() {
     use Width::{Half, Word};
@@ -203,7 +204,7 @@ fn the_hals_way_to_a_ring_of_captures_is_accepted() {
     assert_eq!(bench.read(DMA1 + 0x44), 64);
 }
 
-/// Accesses of embassy-stm32 0.6 for a watchdog.
+/// Uses the accesses of embassy-stm32 0.6 for a watchdog.
 #[test]
 fn the_hals_watchdog_is_accepted() {
     const IWDG: u32 = 0x4000_3000;
@@ -277,8 +278,8 @@ fn edge_is_captured_only_by_a_pin_in_its_alternate_function() {
     }
 }
 
-/// TIM3 gives out one pulse of 1000 counts on channel 4 whenever OC3REF of TIM5 rises; TIM5 matches at 5000. `mode` is that
-/// of PB1 in MODER, `function` its alternate function.
+/// TIM3 outputs one pulse of 1000 counts on channel 4 whenever OC3REF of TIM5 rises; TIM5 matches at 5000. `mode` is
+/// that of PB1 in MODER, `function` its alternate function.
 fn with_a_pulse(mode: u32, function: u32) -> Bench {
     const TIM3: u32 = 0x4000_0400;
     const TIM5: u32 = 0x4000_0C00;
@@ -339,7 +340,7 @@ fn a_pulse_needs_its_pin_and_both_clocks() {
     assert_eq!(peripherals.take_timed_changes(), [], "TIM3 has no clock");
 }
 
-/// The harness drives a pin that a timer drives, too: the timer wins. Another pin of the channel is untouched.
+/// Given a pin that both harness and timer drive, then the timer wins. Another pin of the channel is unchanged.
 #[test]
 fn a_timer_wins_over_the_harness() {
     let Bench { mut peripherals, .. } = with_a_pulse(2, 2);

@@ -1,4 +1,4 @@
-//! Timers, the backup domain and option bytes, register by register; and what is absent.
+//! Timers, the backup domain and option bytes, register by register; and absent peripherals.
 
 use super::bench::{Bench, RCC};
 use super::*;
@@ -59,7 +59,7 @@ fn the_backup_domain_takes_stores_when_it_is_open() {
     assert_eq!(bench.read(BDCR), 1 << 16);
 }
 
-/// Each stops its board, by its name: nothing is modelled there.
+/// Given peripherals that are not modelled, then each access is refused with the name of the peripheral.
 #[test]
 fn absent_peripherals_refuse_by_their_names() {
     let mut bench = bench();

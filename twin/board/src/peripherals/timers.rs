@@ -7,11 +7,11 @@ use super::Clocks;
 use super::rcc::{APB1, APB2, Gate};
 use super::timer::{Kind, Timer};
 
-/// One of them.
+/// A timer of the part.
 pub(super) struct Place {
-    /// First address.
+    /// First address of its registers.
     base: u32,
-    /// Its clock.
+    /// Gate of its clock.
     pub gate: Gate,
     /// NVIC inputs of update and compare (RM0090 table 61).
     irqs: [u16; 2],
@@ -22,7 +22,7 @@ const fn place(base: u32, bus: u32, bit: u32, irqs: [u16; 2], kind: Kind) -> Pla
     Place { base, gate: Gate { bus, bit }, irqs, kind }
 }
 
-/// A counter of 16 bits with so many channels.
+/// Returns a counter of 16 bits with this number of channels.
 const fn counter(channels: u32) -> Kind {
     Kind { bits: 16, trigger: None, drives_pins: false, channels, is_advanced: false }
 }
@@ -30,12 +30,12 @@ const fn counter(channels: u32) -> Kind {
 /// TIM1 and TIM8, with a repetition counter and a main output enable.
 const ADVANCED: Kind = Kind { is_advanced: true, ..counter(4) };
 
-/// Places of these timers in [`TIMERS`].
+/// Indices of these timers in [`TIMERS`].
 pub(super) const TIM2: usize = 0;
 pub(super) const TIM3: usize = 1;
 pub(super) const TIM5: usize = 2;
 
-/// Trigger inputs: ITR2 of TIM3 is TIM5 (RM0090 table 93, RM0390 the same). What TIM2 gives out is not modelled.
+/// Trigger inputs: ITR2 of TIM3 is TIM5 (RM0090 table 93, RM0390 the same). Outputs of TIM2 are not modelled.
 pub(super) const TIMERS: [Place; 14] = [
     place(0x4000_0000, APB1, 0, [28, 28], Kind { bits: 32, ..counter(4) }),
     place(0x4000_0400, APB1, 1, [29, 29], Kind { trigger: Some(2), drives_pins: true, ..counter(4) }),
@@ -58,11 +58,11 @@ pub(super) fn at(base: u32) -> Option<usize> {
     TIMERS.iter().position(|place| place.base == base)
 }
 
-/// All of them, in the order of [`TIMERS`].
+/// All timers, in the order of [`TIMERS`].
 #[derive(Clone, Debug)]
 pub struct Timers {
     pub all: [Timer; TIMERS.len()],
-    /// A bit for each that the program has touched since the reset: until then it stands still.
+    /// A bit for each timer that the program has accessed since the reset. Until then a timer does not count.
     touched: u32,
 }
 
@@ -73,13 +73,13 @@ impl Default for Timers {
 }
 
 impl Timers {
-    /// The timer whose registers the program accesses.
+    /// Returns the timer whose registers the program accesses.
     pub fn touch(&mut self, n: usize) -> &mut Timer {
         self.touched |= 1 << n;
         &mut self.all[n]
     }
 
-    /// Places of those that the program has touched.
+    /// Returns the indices of the timers that the program has accessed.
     fn touched(&self) -> impl Iterator<Item = usize> + use<> {
         let mut rest = self.touched;
         std::iter::from_fn(move || {
@@ -126,7 +126,7 @@ impl Timers {
         }
     }
 
-    /// The cycle at which one next raises its line.
+    /// Returns the next cycle at which a timer raises its line.
     pub fn next_event(&self, cycle: u64) -> Option<u64> {
         self.touched().filter_map(|n| self.all[n].next_event(cycle)).min()
     }

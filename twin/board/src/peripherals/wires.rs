@@ -1,4 +1,4 @@
-//! Wires of the board to timers, and what the program does at their pins.
+//! Wires of the board to timers, and the program's use of their pins.
 
 use super::gpio::TIMER_AF;
 use super::timers::{TIM3, TIM5, TIMERS};
@@ -7,8 +7,8 @@ use crate::bxcan::Side;
 use crate::pin::Pin;
 
 impl Peripherals {
-    /// What the program and the wires of the board do not agree on: it captures CAN_RX, or makes a pulse, at another pin. A program that
-    /// does neither is right.
+    /// Returns mismatches of the program and the board's wires: it captures CAN_RX, or outputs a pulse, at another pin.
+    /// A program that does neither has none.
     pub(crate) fn unused_wires(&self, has_capture_wires: bool) -> Vec<String> {
         let capture = self.pins.capture.filter(|_| has_capture_wires).into_iter().flatten();
         let captured = self.captured_pins();

@@ -15,7 +15,7 @@ pub const EXTENDED_FRAME: u32 = 0x68;
 /// xPSR bit 9 in a frame: 4 bytes of padding follow the frame.
 pub const PADDED: u32 = 1 << 9;
 
-/// EXC_RETURN of a frame without FPU registers; bit 4 clear says that there are some.
+/// EXC_RETURN of a frame without FPU registers; bit 4 is clear if there are some.
 const TO_HANDLER: u32 = 0xFFFF_FFF1;
 const TO_MAIN: u32 = 0xFFFF_FFF9;
 const TO_PROCESS: u32 = 0xFFFF_FFFD;

@@ -25,7 +25,7 @@ struct Frame {
 }
 
 impl Core {
-    /// Returns from the current exception as `value`, an EXC_RETURN, says.
+    /// Returns from the current exception as selected by `value`, an EXC_RETURN.
     pub(crate) fn exception_return<B: Bus>(&mut self, bus: &mut B, value: u32) {
         let returning = self.ipsr;
         let nested = self.nvic.active.count() > 1;

@@ -9,7 +9,7 @@ use crate::trap::Trap;
 const EXC_RETURN_ONES: u32 = 0x0FFF_FFE0;
 
 impl Core {
-    /// A branch whose target says in bit 0 that it is Thumb code. Without the bit the next instruction raises INVSTATE.
+    /// Branches to a target whose bit 0 is set for Thumb code. Without the bit the next instruction raises INVSTATE.
     pub(super) fn branch_to_address(&mut self, target: u32) {
         if target & 1 == 0 {
             self.epsr &= !EPSR_T;

@@ -187,7 +187,7 @@ fn product(x: Number, y: Number) -> Number {
 mod tests {
     use super::*;
 
-    /// Operands at the edges of every class.
+    /// Returns operands at the limits of every class.
     fn samples() -> Vec<u32> {
         let mut bits =
             vec![0, 1, 0x007F_FFFF, 0x0080_0000, 0x3F80_0000, 0x3F80_0001, 0x4B7F_FFFF, 0x7F7F_FFFF];

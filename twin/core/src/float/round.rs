@@ -71,8 +71,8 @@ impl Float {
                 self.flags |= UNDERFLOW;
             }
         }
-        // The leading one of the integer adds one to the exponent, as does a carry out of the fraction. An exponent that is far too
-        // large is as good as one that is just too large.
+        // The leading one of the integer adds one to the exponent, as does a carry out of the fraction. An exponent
+        // that is far too large has the same result as one that is just too large.
         let biased = (leading.max(least) - least).clamp(0, 1 << format.exponent) as u32;
         (biased << format.fraction) + integer as u32
     }

@@ -59,7 +59,7 @@ impl SysTick {
             self.count -= ticks as u32;
             return;
         }
-        // After zero come the reload value and what is below it.
+        // After zero the count continues from the reload value down.
         let past_zero = ticks - count;
         let period = u64::from(self.reload) + 1;
         if count > 0 || (self.reload > 0 && past_zero >= period) {

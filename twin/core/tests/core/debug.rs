@@ -1,4 +1,4 @@
-//! Cycle counter and debug registers (DDI 0403E C1.6, C1.8). No judge has them.
+//! Cycle counter and debug registers (DDI 0403E C1.6, C1.8). Neither Unicorn nor QEMU models them.
 
 use crate::board::*;
 use twin_core::Stop;

@@ -1,4 +1,5 @@
-//! Event register and continued load and store multiple (DDI 0403E B1.5.10, B1.5.18). No judge has them.
+//! Event register and continued load and store multiple (DDI 0403E B1.5.10, B1.5.18). Neither Unicorn nor QEMU models
+//! them.
 
 use crate::board::*;
 use twin_core::{Stop, Width};

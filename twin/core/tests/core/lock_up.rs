@@ -1,4 +1,4 @@
-//! Lock-up (DDI 0403E B1.5.15). QEMU ends there, so these are written from the manual.
+//! Lock-up (DDI 0403E B1.5.15). QEMU terminates at a lock-up, so these are written from the manual.
 
 use crate::board::*;
 use twin_core::Width;
@@ -20,7 +20,7 @@ fn faults_and_calls_in_hard_fault_lock_up() {
         board.steps(2);
         assert!(is_locked_up(&board), "{code:04X}");
         assert_eq!(board.core.exception(), 3);
-        // A handler of NMI can look.
+        // The handler of the NMI reads the state.
         board.core.set_nmi(true);
         board.step();
         assert_eq!(board.load(HFSR), if code == BKPT { FORCED | DEBUGEVT } else { FORCED });

@@ -15,7 +15,7 @@ const TABLE: &str = "## Where QEMU differs from the manual";
 const SEMIHOSTING: u8 = 0xAB;
 const SYS_WRITE0: u32 = 4;
 const SYS_EXIT: u32 = 0x18;
-/// More than the image takes.
+/// Limit of steps, more than the image needs.
 const MOST_STEPS: u32 = 2_000_000;
 
 /// Runs the image to its SYS_EXIT and returns what it prints.

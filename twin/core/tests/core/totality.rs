@@ -12,12 +12,12 @@ struct Boards {
     random: Random,
 }
 
-/// Number of encodings by what came of them.
+/// Number of encodings by outcome.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Outcomes {
-    /// It ran, or an access that it made was refused, or it called an exception.
+    /// The instruction was executed, an access was refused, or it called an exception.
     executed: u32,
-    /// UsageFault whatever the Config says.
+    /// UsageFault with either setting of the Config.
     usage_fault: u32,
     /// UNPREDICTABLE.
     stopped: u32,

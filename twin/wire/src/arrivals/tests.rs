@@ -1,4 +1,4 @@
-//! Random drivers, against a plain queue of every single level change.
+//! Random drivers, compared with a queue of every single level change.
 
 use proptest::prelude::*;
 
@@ -11,19 +11,19 @@ use crate::node::Drivers;
 /// Nodes that drive and are driven.
 const NODES: usize = 5;
 
-/// A node's line gets dominant (`true`), or recessive: when, whose.
+/// A node's line becomes dominant (`true`) or recessive: instant, node, level.
 type Turn = (Fine, NodeIndex, bool);
 
-/// How long each driver takes to each node; none is there at once.
+/// Delay from each driver to each node, at least one unit.
 type Paths = [[u64; NODES]; NODES];
 
-/// What a network does: a driver changes its level, so long after the last change of any.
+/// Script of a network: delay after the last change of any driver, and the driver that changes its level.
 type Script = Vec<(u64, NodeIndex)>;
 
-/// All level changes as they arrive, each on its own: when, where, the level, whose.
+/// All level changes as they arrive: instant, node, level, driver.
 type Queue = Vec<(Fine, NodeIndex, bool, NodeIndex)>;
 
-/// What is flown: the arrivals, the drivers that each node sees, and what was told.
+/// State under test: the arrivals, the drivers that each node sees, and the reported turns.
 #[derive(Default)]
 struct Flown {
     arrivals: Arrivals,
@@ -40,7 +40,7 @@ impl Flown {
         self.turns.push((at, node, is_dominant));
     }
 
-    /// Everything that arrives before `end`.
+    /// Processes everything that arrives before `end`.
     fn run_before(&mut self, end: Fine) {
         loop {
             let (at, what) = self.arrivals.next();
@@ -62,7 +62,7 @@ impl Flown {
         }
     }
 
-    /// A driver goes to a level; back to what it was at the same instant, nothing happened.
+    /// Changes the level of a driver. A change back at the same instant cancels the first one.
     fn change(&mut self, now: Fine, level: bool, driver: NodeIndex, is_back: bool, paths: &Paths) {
         for (node, path) in paths[driver].iter().enumerate() {
             let at = Fine(now.0 + path);
@@ -76,7 +76,7 @@ impl Flown {
     }
 }
 
-/// When the line of each node turns, change by change. At one instant what makes a line dominant comes first.
+/// Returns when the line of each node changes, change by change. At equal instants dominant changes come first.
 fn turns_of(queue: &mut Queue) -> Vec<Turn> {
     queue.sort_unstable_by_key(|&(at, node, level, driver)| (at, node, level != DOMINANT, driver));
     let mut seen = [[false; NODES]; NODES];
@@ -93,7 +93,7 @@ fn turns_of(queue: &mut Queue) -> Vec<Turn> {
 }
 
 fn scripts() -> impl Strategy<Value = (Paths, Script)> {
-    // Short gaps, so that changes overtake each other, meet at one instant, and are taken back.
+    // Short gaps, so that changes overtake each other, coincide, and are cancelled.
     let gap = prop_oneof![3 => Just(0), 3 => 1..6_u64, 1 => 6..60_u64];
     let paths = prop::array::uniform(prop::array::uniform(1..20_u64));
     (paths, prop::collection::vec((gap, 0..NODES), 0..60))

@@ -1,7 +1,7 @@
 //! The protocol engine of one node: from sampled bits to frames, flags and error counters, and back.
 //!
-//! A [`Mac`] is stepped once per bit, at the bit's end, with the level that its sample point gave (ISO 11898-1, 10 and
-//! 12). Its state names the bit under way.
+//! A [`Mac`] is stepped once per bit, at the bit's end, with the level at its sample point (ISO 11898-1, 10 and 12).
+//! Its state describes the present bit.
 
 mod step;
 
@@ -25,32 +25,32 @@ const EOF_BITS: u8 = 7;
 const IDENTIFIER_BITS: u8 = 12;
 /// Recessive bits that synchronise a node with the bus.
 const SEQUENCE_BITS: u8 = 11;
-/// Such sequences that end bus-off.
+/// Number of such sequences that end bus-off.
 const RECOVERY_SEQUENCES: u8 = 128;
 
 /// Levels on the line.
 pub(crate) const RECESSIVE: bool = true;
 pub(crate) const DOMINANT: bool = false;
 
-/// What the bit under way is to the node.
+/// Meaning of the present bit for a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum State {
-    /// Takes no part.
+    /// Does not take part.
     Off,
     /// Waits for 11 recessive bits.
     Integrating {
         recessive: u8,
     },
-    /// Bus-off, and not on the way back.
+    /// Bus-off, without recovery.
     BusOff,
     /// Bus-off; counts 128 times 11 recessive bits.
     Recovering {
         recessive: u8,
         sequences: u8,
     },
-    /// No bit under way: waits for an edge or a request.
+    /// Between bits: waits for an edge or a request.
     Idle,
-    /// SOF, the own one or one that an edge announced.
+    /// SOF: its own, or one detected by an edge.
     Sof,
     /// Within a frame up to its CRC sequence.
     Stuffed,
@@ -70,7 +70,7 @@ pub(crate) enum State {
         level: bool,
         spared: bool,
     },
-    /// After the own flag, until the line is recessive.
+    /// After its own flag, until the line is recessive.
     Superposition {
         error: bool,
         dominant: u16,
@@ -89,7 +89,7 @@ pub(crate) struct Transmission {
     pub(crate) start: Fine,
     /// Length of its bits.
     pub(crate) bit: Fine,
-    /// The controller knows nothing of it.
+    /// A babbled frame, which the controller did not request.
     pub(crate) babbled: bool,
 }
 
@@ -101,21 +101,21 @@ pub(crate) struct Mac {
     pub(crate) state: State,
     pub(crate) counters: ErrorCounters,
     pub(crate) decoder: Decoder,
-    /// While it sends a frame.
+    /// The frame that it sends at present.
     pub(crate) transmission: Option<Transmission>,
-    /// The frame that it has just ended to send, well or not.
+    /// The frame whose transmission has just ended, successful or not.
     pub(crate) finished: Option<Transmission>,
-    /// It sent the frame that is under way or has just ended, well or not.
+    /// It is the transmitter of the present frame, or of the one that has just ended.
     pub(crate) transmitter: bool,
-    /// Of the attachment that the counters belong to.
+    /// Power cycle of the attachment to which the counters belong.
     power_cycle: u32,
 }
 
-/// What the end of a bit brought.
+/// Result of the end of a bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Note {
     pub(crate) event: Option<WireEvent>,
-    /// The bit was the SOF of somebody else: with a frame that waits the node may enter the arbitration.
+    /// The bit was the SOF of another node: with a waiting frame this node may enter the arbitration.
     pub(crate) may_join: bool,
 }
 
@@ -140,7 +140,7 @@ impl Mac {
         }
     }
 
-    /// Begins or ends to take part at `at`, or takes part in another way. `brought`: its error counters from elsewhere.
+    /// Changes whether and how the node takes part, at `at`. `brought`: its error counters from another wire.
     pub(crate) fn attach(
         &mut self,
         attachment: Option<Attachment>,
@@ -174,12 +174,12 @@ impl Mac {
         }
     }
 
-    /// Has a bit under way.
+    /// Returns whether a bit is in progress.
     pub(crate) fn is_running(&self) -> bool {
         !matches!(self.state, State::Off | State::BusOff | State::Idle)
     }
 
-    /// Neither sends nor receives, and a recessive line leaves it so but for counting bits.
+    /// Returns whether it neither sends nor receives, and on a recessive line only counts bits.
     pub(crate) fn is_quiet(&self) -> bool {
         !self.is_running()
             || matches!(
@@ -195,7 +195,7 @@ impl Mac {
         self.attachment.is_some_and(|attachment| attachment.silent)
     }
 
-    /// Bits from the one under way on that end without news if nothing goes wrong, that one included.
+    /// Returns the number of bits, including the present one, that end without an event if there is no error.
     pub(crate) fn uneventful_bits(&self) -> u64 {
         let bits = match self.state {
             State::Sof => IDENTIFIER_BITS,
@@ -212,7 +212,7 @@ impl Mac {
         u64::from(bits.max(1))
     }
 
-    /// Drives the line dominant during the bit under way.
+    /// Returns whether it drives the line dominant in the present bit.
     pub(crate) fn drives(&self) -> bool {
         match self.state {
             State::Sof => self.transmission.is_some(),
@@ -223,18 +223,18 @@ impl Mac {
         }
     }
 
-    /// Acknowledges the frame whose ACK slot comes.
+    /// Returns whether it acknowledges the frame in the next ACK slot.
     pub(crate) fn acknowledges(&self) -> bool {
         self.transmission.is_none() && self.decoder.crc_is_good()
     }
 
-    /// Level that a transmitter sends in the bit under way; recessive for others.
+    /// Returns the level that a transmitter sends in the present bit; recessive for others.
     fn sends(&self) -> bool {
         let index = self.decoder.index();
         self.transmission.as_ref().is_none_or(|own| own.encoded.bits()[index])
     }
 
-    /// When a frame may start if the line stays recessive; `None` while another thing is under way.
+    /// Returns the instant at which a frame may start if the line stays recessive; `None` if it cannot.
     pub(crate) fn idle_from(&self) -> Option<Fine> {
         let bits = match self.state {
             State::Idle => return Some(Fine(0)),
@@ -248,10 +248,10 @@ impl Mac {
         Some(self.clock.end + self.clock.bit.times(u64::from(bits - 1)))
     }
 
-    /// Passes the rest of an undisturbed intermission at once, if it is over at `at` and idle follows.
+    /// Skips the rest of an undisturbed intermission if it has ended at `at` and idle follows.
     pub(crate) fn pass_intermission(&mut self, at: Fine) -> bool {
         let State::Intermission(bit) = self.state else { return false };
-        // A pulse may have been sampled in the bit under way and be over.
+        // A pulse may have been sampled in the present bit and have ended.
         let was_sampled = self.clock.latched.is_some();
         if was_sampled || self.is_suspended() || self.idle_from().is_none_or(|idle| idle > at) {
             return false;
@@ -278,12 +278,12 @@ impl Mac {
         self.transmitter = true;
     }
 
-    /// The timing that its controller asks for, from its next frame on.
+    /// Returns the timing configured by its controller, used from its next frame on.
     pub(crate) fn timing(&self) -> BitTiming {
         self.attachment.map_or(self.clock.timing, |attachment| attachment.timing)
     }
 
-    /// Its clock in idle after a falling edge at `at`.
+    /// Returns its clock in idle after a falling edge at `at`.
     pub(crate) fn clock_from_edge(&self, at: Fine) -> BitClock {
         let mut clock = self.clock;
         if self.timing() != clock.timing {
@@ -293,7 +293,7 @@ impl Mac {
         clock
     }
 
-    /// The line became dominant at `at`.
+    /// Handles a dominant edge at `at`.
     pub(crate) fn dominant_edge(&mut self, at: Fine) {
         match self.state {
             State::Off | State::BusOff => {}
@@ -316,9 +316,9 @@ impl Mac {
     }
 }
 
-/// For observers.
+/// Methods for observers.
 impl Mac {
-    /// Index of the bit under way within its frame, stuff bits included; 0 is SOF.
+    /// Returns the index of the present bit within its frame, stuff bits included; 0 is SOF.
     pub(crate) fn position(&self) -> Option<usize> {
         match self.state {
             State::Sof => Some(0),
@@ -329,7 +329,7 @@ impl Mac {
         }
     }
 
-    /// What the bit under way is, for observers and for faults at a place.
+    /// Returns the field of the present bit, for observers and for faults at a place.
     pub(crate) fn field(&self) -> Field {
         match self.state {
             State::Off

@@ -1,4 +1,4 @@
-//! The end of a bit: what its level means in each state, and what follows (ISO 11898-1, 10 and 12).
+//! The end of a bit: evaluation of its level in each state, and the next state (ISO 11898-1, 10 and 12).
 
 use super::{
     DELIMITER_BITS, DOMINANT, EOF_BITS, FLAG_BITS, INTERMISSION_BITS, Mac, Note, RECESSIVE,
@@ -9,7 +9,7 @@ use crate::controller::{ErrorKind, WireEvent};
 use crate::decode::Decoder;
 
 impl Mac {
-    /// Ends the bit under way, which gave `sampled`, and begins the next; `line` is the level by now.
+    /// Ends the present bit, whose sample is `sampled`, and begins the next. `line` is the present level.
     pub(crate) fn step(&mut self, sampled: bool, line: bool) -> Note {
         let note = self.decide(sampled);
         self.clock.next_bit(sampled);
@@ -113,7 +113,7 @@ impl Mac {
         note
     }
 
-    /// A bit that everybody sends recessive.
+    /// Handles a bit that all nodes send recessive.
     fn fixed(&mut self, sampled: bool, next: State) -> Note {
         if sampled == DOMINANT {
             let sends = self.transmission.is_some();
@@ -127,7 +127,7 @@ impl Mac {
     fn ack_slot(&mut self, sampled: bool) -> Note {
         if sampled == RECESSIVE {
             if self.transmission.is_some() {
-                // Rule c, exception 1: whether it counts shows the flag.
+                // Rule c, exception 1: the flag decides whether the error counts.
                 let spared = self.counters.error_passive();
                 return self.fail(ErrorKind::Ack, spared);
             }
@@ -274,7 +274,7 @@ impl Mac {
         Note::default()
     }
 
-    /// An error: rules a and c, then the flag. `spared` is an exception to rule c.
+    /// Handles an error: rules a and c, then the flag. `spared`: an exception to rule c applies.
     fn fail(&mut self, kind: ErrorKind, spared: bool) -> Note {
         let passive = self.counters.error_passive();
         self.finished = self.transmission.take();

@@ -1,7 +1,7 @@
-//! What an oscilloscope with a protocol decoder on every node would show.
+//! Waveforms, as an oscilloscope with a protocol decoder on every node would show them.
 //!
-//! [`Wire::record_waveform`](crate::wire::Wire::record_waveform) switches it on for a span of time; meanwhile every
-//! bit is computed. Off it costs nothing.
+//! [`Wire::record_waveform`](crate::wire::Wire::record_waveform) records one for a span of time, in which every bit is
+//! computed. Otherwise it costs no time.
 
 mod recorder;
 
@@ -14,9 +14,9 @@ use crate::time::Time;
 pub struct Waveform {
     /// Begin of the span.
     pub from: Time,
-    /// Its end. What was under way there is missing.
+    /// End of the span. Bits that are incomplete there are missing.
     pub to: Time,
-    /// By index of attachment.
+    /// Nodes by index of attachment.
     pub lanes: Vec<Lane>,
 }
 
@@ -31,13 +31,13 @@ pub struct Lane {
     pub bit_time: Time,
     /// Error counters at the begin of the span.
     pub counters: ErrorCounters,
-    /// Bits in the order of time; none while the node is idle.
+    /// Bits in chronological order; none while the node is idle.
     pub bits: Vec<Bit>,
-    /// From when on its driver sends which level (`true`: recessive); first the level at the begin of the span.
+    /// Level changes of its driver (`true`: recessive), beginning with the level at the begin of the span.
     pub driver: Vec<(Time, bool)>,
-    /// From when on its receiver sees which level; first the level at the begin of the span.
+    /// Level changes at its receiver, beginning with the level at the begin of the span.
     pub line: Vec<(Time, bool)>,
-    /// What the wire told it, in the order of time.
+    /// Events reported by the wire, in chronological order.
     pub events: Vec<(Time, WireEvent)>,
 }
 
@@ -50,13 +50,13 @@ pub struct Bit {
     pub sample: Time,
     /// Begin of the next bit.
     pub end: Time,
-    /// What it belongs to.
+    /// Field to which it belongs.
     pub field: Field,
-    /// Level that the node took it for (`true`: recessive).
+    /// Sampled level (`true`: recessive).
     pub sampled: bool,
     /// Level that the node sent.
     pub driven: bool,
-    /// A fault made it read as its opposite ([`Fault::Flip`](crate::fault::Fault::Flip)).
+    /// A fault inverted it ([`Fault::Flip`](crate::fault::Fault::Flip)).
     pub flipped: bool,
     /// Ticks by which a resynchronisation made it longer, or shorter if negative.
     pub resynchronised: i64,

@@ -1,4 +1,4 @@
-//! Takes the waveform of a wire while it runs.
+//! Records the waveform of a wire while it runs.
 
 use super::{Bit, Lane, Waveform};
 use crate::controller::NodeIndex;
@@ -9,7 +9,7 @@ use crate::node::Node;
 use crate::time::Time;
 
 impl Waveform {
-    /// Begins at `from` with `nodes` as they are there.
+    /// Begins the record at `from` with the present state of `nodes`.
     pub(crate) fn begin(from: Time, to: Time, nodes: &[Node]) -> Self {
         let lane = |(index, node): (NodeIndex, &Node)| Lane {
             node: index,
@@ -24,7 +24,7 @@ impl Waveform {
         Waveform { from, to, lanes: nodes.iter().enumerate().map(lane).collect() }
     }
 
-    /// The bit under way at `node` ends, sampled as given.
+    /// Records the bit that ends at `node`.
     pub(crate) fn bit(&mut self, index: NodeIndex, node: &Node, field: Field, sampled: bool, flipped: bool) {
         let clock = &node.mac.clock;
         let stretch = i128::from((clock.end - clock.start).0) - i128::from(clock.bit.0);
@@ -40,9 +40,9 @@ impl Waveform {
         });
     }
 
-    /// What there is.
+    /// Returns the waveform.
     pub(crate) fn finish(mut self) -> Waveform {
-        // Whoever joins an arbitration is told of its start a bit later.
+        // A node that joins an arbitration gets its start event a bit late.
         self.lanes.iter_mut().for_each(|lane| lane.events.sort_by_key(|&(at, _)| at));
         self
     }

@@ -1,8 +1,8 @@
-//! Short forms for benches, flips and what stations were told.
+//! Short forms for benches, flips and events of stations.
 //!
-//! Unless a test says otherwise, nodes lie at one place, run at 1 Mbit/s (a bit is 1 us) and send 080h without data at
-//! 20 us. On paper its bits are `0000 1 00000 (1) 00000 (1) 0000`, then the CRC sequence: stuff bits at 10 and 16, the
-//! CRC delimiter at 38, the ACK slot at 39, EOF from 41 to 47.
+//! Unless a test says otherwise, nodes are at the same position, run at 1 Mbit/s (a bit is 1 us) and send 080h without
+//! data at 20 us. On paper its bits are `0000 1 00000 (1) 00000 (1) 0000`, then the CRC sequence: stuff bits at 10 and
+//! 16, the CRC delimiter at 38, the ACK slot at 39, EOF from 41 to 47.
 
 use can_wire::controller::{ErrorCounters, ErrorKind, NodeIndex, Trace, WireEvent};
 use can_wire::fault::{Effect, Fault, Flip, Nodes, Place};
@@ -37,7 +37,7 @@ pub fn frame(id: u16) -> WireFrame {
     WireFrame::standard(id, &[])
 }
 
-/// A node that sends 080h at 20 us, and `receivers` that do not send.
+/// Returns a bench with a node that sends 080h at 20 us, and `receivers` nodes that do not send.
 pub fn sender_and(receivers: usize) -> Bench {
     let mut stations = vec![sending(SOF, sync())];
     stations.extend((0..receivers).map(|_| idle()));
@@ -52,34 +52,34 @@ pub fn disturbed(receivers: usize, faults: impl IntoIterator<Item = Fault>, unti
     bench
 }
 
-/// Receives, and has nothing to send.
+/// Returns a station that only receives.
 pub fn idle() -> Station {
     Station::default()
 }
 
-/// Sends a frame at `at` us.
+/// Returns a station that sends a frame at `at` us.
 pub fn sending(at: u64, frame: WireFrame) -> Station {
     Station::default().sending(us(at), frame)
 }
 
-/// Keeps the level changes of its line.
+/// Returns a station that records the level changes of its line.
 pub fn listener() -> Station {
     Station { watches_line: true, ..Station::default() }
 }
 
-/// A listener that monitors the bus: it drives nothing.
+/// Returns a listener that only monitors the bus and drives nothing.
 pub fn silent() -> Station {
     let mut station = listener();
     station.attachment.as_mut().unwrap().silent = true;
     station
 }
 
-/// `node` takes part from `since` us on.
+/// Makes `node` take part from `since` us on.
 pub fn joins_at(bench: &mut Bench, node: NodeIndex, since: u64) {
     bench.stations[node].attachment.as_mut().unwrap().since = us(since);
 }
 
-/// `node` is to send more frames, each after the ones before and not before `at` us.
+/// Queues more frames of `node`, not before `at` us.
 pub fn send(bench: &mut Bench, node: NodeIndex, at: u64, frames: impl IntoIterator<Item = WireFrame>) {
     bench.stations[node].queue.extend(frames.into_iter().map(|frame| (us(at), frame)));
 }
@@ -100,13 +100,13 @@ pub fn flip_field(field: Field, nodes: &[NodeIndex]) -> Fault {
     flip(Place::Field(field), nodes)
 }
 
-/// Dominant for everybody from `from` us on, for `length` us.
+/// Holds the line dominant for all nodes from `from` us on, for `length` us.
 pub fn hold_dominant(bench: &mut Bench, from: u64, length: u64) {
     let fault = Fault::Glitch { nodes: Nodes::ALL, duration: us(length), effect: Effect::Dominant };
     schedule(bench, from, fault);
 }
 
-/// From the start on.
+/// Schedules faults from the start on.
 pub fn from_start(bench: &mut Bench, faults: impl IntoIterator<Item = Fault>) {
     faults.into_iter().for_each(|fault| schedule(bench, 0, fault));
 }
@@ -119,7 +119,7 @@ pub fn rec(bench: &Bench, node: NodeIndex) -> u16 {
     bench.wire.error_counters(node).receive
 }
 
-/// Every error that `node` was told of.
+/// Returns every error that was reported to `node`.
 pub fn errors(bench: &Bench, node: NodeIndex) -> Vec<(Time, WireEvent)> {
     let is_error =
         |event: &WireEvent| matches!(event, WireEvent::TransmitError(_) | WireEvent::ReceiveError(_));
@@ -171,7 +171,8 @@ pub fn completed(records: &[Observation]) -> Vec<(Trace, Vec<NodeIndex>, usize)>
     completed.collect()
 }
 
-/// The first transmission without success: cause, end, transmitter, and the number of nodes that received it all the same.
+/// The first transmission without success: cause, end, transmitter, and the number of nodes that received it
+/// nevertheless.
 pub fn destroyed(records: &[Observation]) -> Option<(Destruction, Time, NodeIndex, usize)> {
     records.iter().find_map(|record| match record {
         Observation::Destroyed { cause, at, transmitter, receivers, .. } => {
@@ -181,7 +182,7 @@ pub fn destroyed(records: &[Observation]) -> Option<(Destruction, Time, NodeInde
     })
 }
 
-/// `count` random cases, the same each time. PROPTEST_CASES and PROPTEST_RNG_SEED make more and other ones.
+/// `count` random cases, the same each time. PROPTEST_CASES and PROPTEST_RNG_SEED change number and seed.
 pub fn cases(count: u32) -> ProptestConfig {
     let rng_seed = RngSeed::Fixed(11898);
     ProptestConfig { cases: count, failure_persistence: None, rng_seed, ..ProptestConfig::default() }

@@ -1,4 +1,4 @@
-//! Errors by cause, their flags and delimiters, overload frames, and what they do to frames (ISO 11898-1, 10.4 and 12).
+//! Errors by cause, their flags and delimiters, overload frames, and their effect on frames (ISO 11898-1, 10.4 and 12).
 
 use std::collections::BTreeSet;
 
@@ -12,8 +12,9 @@ use can_wire::record::{Destruction, Observation};
 use can_wire::station::Bench;
 use can_wire::wire::WireConfig;
 
-/// Each node sees a wrong bit as the error that it is: stuff errors are the sixth equal bit, form errors a dominant bit in a
-/// delimiter or in EOF, and a receiver sends dominant, so that it can have a bit error, only in the ACK slot and in flags.
+/// Each node reports a wrong bit as the error of its field. A stuff error is the sixth equal bit, a form error a
+/// dominant bit in a delimiter or in EOF. A receiver can have a bit error only in the ACK slot and in flags, where it
+/// sends dominant.
 #[test]
 fn a_wrong_bit_is_the_error_of_its_field_and_node() {
     // Of three nodes the first one sends. The fault; a node, the bit that shows it its first error, and the error.
@@ -27,7 +28,7 @@ fn a_wrong_bit_is_the_error_of_its_field_and_node() {
         (flip_field(Field::CrcDelimiter, &[0]), 0, CRC_DELIMITER, transmit_error(ErrorKind::BitRecessive)),
         (flip_field(Field::AckDelimiter, &[1]), 1, ACK_DELIMITER, receive_error(ErrorKind::Form)),
         (flip_field(Field::AckSlot, &[0]), 0, ACK_SLOT, transmit_error(ErrorKind::Ack)),
-        // The flag of the sender falls into the delimiter.
+        // The flag of the sender begins in the delimiter.
         (flip_field(Field::AckSlot, &[0]), 1, ACK_DELIMITER, receive_error(ErrorKind::Form)),
         (flip_field(Field::AckSlot, &[1]), 1, ACK_SLOT, receive_error(ErrorKind::BitDominant)),
         (flip_field(Field::AckSlot, &[1]), 0, ACK_DELIMITER, transmit_error(ErrorKind::BitRecessive)),
@@ -130,7 +131,7 @@ fn flags_superpose_to_6_up_to_12_bits() {
     assert_eq!(superposition(sync(), 10), Some(12));
 }
 
-/// A local error becomes everybody's: nobody keeps the frame, and the transmitter repeats it.
+/// A local error becomes global: no node keeps the frame, and the transmitter repeats it.
 #[test]
 fn the_flag_of_one_receiver_makes_its_error_everybodys() {
     for bit in 0..=ACK_DELIMITER + 5 {
@@ -142,8 +143,8 @@ fn the_flag_of_one_receiver_makes_its_error_everybodys() {
     }
 }
 
-/// What recovery from an error costs: at most 12 bits of flags, 8 of delimiter and 3 of intermission, after the bit
-/// that showed it (23; 31 with suspension).
+/// Cost of recovery from an error: at most 12 bits of flags, 8 of delimiter and 3 of intermission, after the bit that
+/// showed it (23; 31 with suspension).
 #[test]
 fn a_frame_is_repeated_within_23_bits_of_its_error() {
     for bit in 1..=ACK_DELIMITER + 6 {
@@ -168,7 +169,7 @@ fn a_dominant_bit_in_intermission_delays_the_next_frame() {
     for n in [0, 1] {
         let bench = two_frames(flip_field(Field::Intermission(n), &[1]));
         let flag = u64::from(n) + 1;
-        // After bit 1 of intermission the flag falls into bit 2, which the others take for a SOF.
+        // After bit 1 of intermission the flag begins in bit 2, which the others read as a SOF.
         if n == 0 {
             assert_eq!(starts(&bench, 0), [us(SOF), us(SOF + 48 + flag + 7 + 8 + 3)]);
             for node in 0..3 {
@@ -229,8 +230,9 @@ fn a_dominant_last_bit_of_eof_doubles_the_frame() {
     assert_eq!(destroyed(&records).map(|(cause, _, _, receivers)| (cause, receivers)), Some((cause, 2)));
 }
 
-/// A dominant last but one bit of EOF at the transmitter alone: it ends there when the frame becomes valid, and 10 m farther the
-/// frame is valid before the error arrives. The record of the transmission is made by then.
+/// Given a dominant last but one bit of EOF at the transmitter only, then the transmission ends there when the frame
+/// becomes valid. At a distance of 10 m the frame is valid before the error arrives, after the transmission was
+/// recorded.
 #[test]
 fn receivers_farther_away_receive_a_frame_after_its_end() {
     let places = [(0.0, sending(SOF, sync())), (1.0, idle()), (11.0, idle())];
@@ -252,7 +254,8 @@ fn receivers_farther_away_receive_a_frame_after_its_end() {
     assert_eq!(late.collect::<Vec<_>>(), expected);
 }
 
-/// A dominant last but one bit of EOF at one receiver: it rejects what the other accepts, who gets it twice.
+/// Given a dominant last but one bit of EOF at one receiver, then it rejects the frame, and the other one accepts it
+/// and receives it twice.
 #[test]
 fn a_dominant_last_but_one_bit_of_eof_makes_receivers_disagree() {
     let bench = disturbed(2, [flip_field(Field::Eof(5), &[1])], 300);
@@ -261,7 +264,8 @@ fn a_dominant_last_but_one_bit_of_eof_makes_receivers_disagree() {
     assert_eq!((received(&bench, 1).len(), received(&bench, 2).len()), (1, 2));
 }
 
-/// Worse: the transmitter dies before it repeats the frame, or does not see the flag. The receivers disagree for good.
+/// Given that case and a transmitter that fails before it repeats the frame, or that does not see the flag, then the
+/// receivers disagree permanently.
 #[test]
 fn receivers_disagree_for_good_if_transmitter_does_not_repeat() {
     let mut bench = sender_and(2);
@@ -287,9 +291,9 @@ fn a_passive_flag_of_a_transmitter_is_seen_as_a_stuff_error() {
     assert_eq!(errors(&bench, 1), [(end_of(940, 17), receive_error(ErrorKind::Stuff))]);
 }
 
-/// The known short fall of the Hamming distance: of two wrong bits the first makes a stuff bit of a data bit or the
-/// other way round, the second undoes it, and what lies between is shifted by one bit. The 6 that the CRC promises counts
-/// bits without stuffing; here two are enough.
+/// The known weakness of the Hamming distance: of two wrong bits the first turns a data bit into a stuff bit or the
+/// other way round, the second reverts this, and the bits in between are shifted by one. The 6 that the CRC promises
+/// counts bits without stuffing; here two are enough.
 #[test]
 fn two_wrong_bits_may_pass_the_crc() {
     let (payload, first, second) = short_fall().expect("two bits are enough for some frame");
@@ -306,8 +310,8 @@ fn two_wrong_bits_may_pass_the_crc() {
     assert!(bench.wire.take_records().contains(&misread));
 }
 
-/// A frame and two bits of it. What the shift changes leaves one remainder of 2^15 more or less by chance, so some
-/// thousand frames give a find.
+/// Returns a frame and two bits of it. The shift gives the right one of 2^15 remainders by chance, so a search over
+/// some thousand frames finds one.
 fn short_fall() -> Option<(WireFrame, usize, usize)> {
     let mut rng = fastrand::Rng::with_seed(7);
     (0..200_000).find_map(|_| {
@@ -319,8 +323,8 @@ fn short_fall() -> Option<(WireFrame, usize, usize)> {
     })
 }
 
-/// Two bits of the frame whose inversion leaves length, stuffing and CRC right, and the first of which shifts what
-/// follows.
+/// Returns two bits of the frame whose inversion keeps length, stuffing and CRC valid, and the first of which shifts
+/// the bits after it.
 fn unnoticed_pair(payload: &WireFrame) -> Option<(usize, usize)> {
     let encoded = encode(payload);
     let bits = &encoded.bits()[..encoded.stuffed_len()];
@@ -362,7 +366,7 @@ fn destuffed(bits: &[bool]) -> Option<Vec<bool>> {
     (run < 5).then_some(plain)
 }
 
-/// Of the division by x^15 + x^14 + x^10 + x^8 + x^7 + x^4 + x^3 + 1.
+/// Returns the remainder of the division by x^15 + x^14 + x^10 + x^8 + x^7 + x^4 + x^3 + 1.
 fn remainder(bits: &[bool]) -> u32 {
     bits.iter().fold(0, |rest, &bit| {
         let shifted = rest << 1 | u32::from(bit);

@@ -1,7 +1,7 @@
 //! The failures of ECSS-E-ST-50-15C, Table 5-2, and what the network has to do in each.
 //!
-//! A wire knows levels, not volts: what leaves the bus usable with a smaller margin shows as a raised bit error rate, and
-//! what forbids communication as a line that stays recessive. Cases are numbered as in ISO 11898-2.
+//! A wire models levels, not voltages: a failure that only reduces the margin is a higher bit error rate, and one that
+//! prevents communication is a line that stays recessive. Cases are numbered as in ISO 11898-2.
 
 use crate::common::*;
 use can_wire::fault::Fault;
@@ -17,23 +17,24 @@ const LAST_MS: u64 = 120;
 /// The failure begins and ends, ms.
 const ONSET_MS: u64 = 20;
 const REMOVAL_MS: u64 = 40;
-/// From here on nothing may remind of it: 17 ms are the longest way back from bus-off at 1 Mbit/s.
+/// Time after which the failure must have no effect any more: recovery from bus-off takes at most 17 ms at 1 Mbit/s.
 const SETTLED_MS: u64 = 70;
 
-/// What begins a failure and what ends it; `None` when the damage stays.
+/// Fault that begins a failure, and the one that ends it; `None` if the damage is permanent.
 type Failure = (Fault, Option<Fault>);
 
-/// A reduced signal-to-noise ratio: about one frame of 110 bits in a hundred is hit. An assumption: the standard gives no number.
+/// A reduced signal-to-noise ratio: about one frame of 110 bits in a hundred is hit. This is an assumption: the
+/// standard gives no number.
 fn reduced_margin(seed: u64) -> Failure {
     (Fault::BitErrors { rate: 1e-4, seed }, Some(Fault::BitErrors { rate: 0.0, seed }))
 }
 
-/// Frame `n` of a node: no other is like it.
+/// Returns frame `n` of a node, which differs from all others.
 fn numbered(node: usize, n: u64) -> WireFrame {
     WireFrame::standard(0x181 + node as u16, &(n as u16).to_be_bytes())
 }
 
-/// Five nodes that talk all the time, a failure among them.
+/// Runs five nodes that send continuously, with a failure.
 fn network(failure: Failure) -> Bench {
     let station = |node: usize| {
         let mut station = idle();
@@ -50,7 +51,8 @@ fn network(failure: Failure) -> Bench {
     bench
 }
 
-/// How many of the frames that `from` wanted to send in these milliseconds arrived at `to` within them, or 1 ms later.
+/// Returns how many of the frames of `from` that were queued in these milliseconds arrived at `to` within them, or 1 ms
+/// later.
 fn arrived(bench: &Bench, from: usize, to: usize, ms: std::ops::Range<u64>) -> u64 {
     let late = Time::from_ms(ms.end + 1);
     let got: Vec<WireFrame> =
@@ -58,7 +60,7 @@ fn arrived(bench: &Bench, from: usize, to: usize, ms: std::ops::Range<u64>) -> u
     ms.filter(|&n| got.contains(&numbered(from, n))).count() as u64
 }
 
-/// All of `nodes` hear all frames of each other in these milliseconds.
+/// Checks that all of `nodes` receive all frames of each other in these milliseconds.
 fn communicate(bench: &Bench, nodes: &[usize], ms: std::ops::Range<u64>) {
     for &from in nodes {
         for &to in nodes.iter().filter(|&&to| to != from) {
@@ -67,7 +69,7 @@ fn communicate(bench: &Bench, nodes: &[usize], ms: std::ops::Range<u64>) {
     }
 }
 
-/// Nobody hears anybody.
+/// Checks that no node receives a frame of another one.
 fn silence(bench: &Bench) {
     for from in 0..NODES {
         for to in (0..NODES).filter(|&to| to != from) {
@@ -78,7 +80,8 @@ fn silence(bench: &Bench) {
 
 const ALL: [usize; NODES] = [0, 1, 2, 3, 4];
 
-/// The network is as before: all frames arrive, every node is error active, also what waited has been sent.
+/// Checks that the network is as before: all frames arrive, every node is error active, and waiting frames have been
+/// sent.
 fn no_ill_effects(bench: &Bench) {
     communicate(bench, &ALL, SETTLED_MS..LAST_MS);
     for node in ALL {
@@ -91,7 +94,7 @@ fn before(bench: &Bench) {
     communicate(bench, &ALL, 1..ONSET_MS);
 }
 
-/// While it lasts the rest goes on; afterwards everybody does.
+/// Checks that the nodes of `rest` communicate during the failure, and all nodes afterwards.
 fn the_rest_goes_on(failure: Failure, rest: &[usize]) -> Bench {
     let bench = network(failure);
     before(&bench);
@@ -114,8 +117,8 @@ fn a_node_without_power_leaves_the_others_communicating() {
     the_rest_goes_on((Fault::PowerOff(2), Some(Fault::PowerOn(2))), &[0, 1, 3, 4]);
 }
 
-/// The cases of ECSS 5.3.3.2.2d (shield lost), 5.3.3.2.3a and b (cases 1 and 2: one wire open), c (3a: CAN_H at +7 V or less),
-/// f (4: CAN_L at ground) and l (9: a termination lost). Errors come, and every one of them is repaired by repetition.
+/// The cases of ECSS 5.3.3.2.2d (shield lost), 5.3.3.2.3a and b (cases 1 and 2: one wire open), c (3a: CAN_H at +7 V or
+/// less), f (4: CAN_L at ground) and l (9: a termination lost). Errors occur, and retransmission corrects all of them.
 #[test]
 fn a_reduced_margin_leaves_all_communicating() {
     let mut destroyed = 0;
@@ -137,7 +140,7 @@ fn a_short_in_range_blocks_the_bus_until_it_is_removed() {
     }
 }
 
-/// The bus is lost, and only another one helps (ECSS 5.3.3.2.3e, i; cases 3c, 6b and 6c: transceivers are destroyed).
+/// The bus is lost permanently (ECSS 5.3.3.2.3e, i; cases 3c, 6b and 6c: transceivers are destroyed).
 #[test]
 fn a_voltage_out_of_range_blocks_the_bus_for_ever() {
     let bench = network((Fault::Short { position_m: 15.0, level: true }, None));
@@ -154,7 +157,7 @@ fn a_cut_leaves_those_upstream_communicating() {
     let bench = the_rest_goes_on(cut(25.0), &[0, 1, 2]);
     communicate(&bench, &[3, 4], ONSET_MS..REMOVAL_MS);
     assert_eq!(arrived(&bench, 0, 3, ONSET_MS + 1..REMOVAL_MS - 1), 0);
-    // A node alone at the end: it finds nobody, and is never bus-off.
+    // A node alone at the end finds no other node, and is never bus-off.
     let bench = the_rest_goes_on(cut(35.0), &[0, 1, 2, 3]);
     assert!(counts(&bench, 4).iter().all(|&(_, transmit, _)| transmit < 256));
 }

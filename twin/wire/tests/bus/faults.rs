@@ -1,4 +1,4 @@
-//! Every fault does what it says, and what cannot be is refused with the reason.
+//! The effect of every fault, and the refusal of impossible faults with the reason.
 
 use crate::common::*;
 use can_wire::controller::{ErrorKind, WireEvent};
@@ -12,12 +12,12 @@ use can_wire::time::Time;
 use can_wire::wire::WireConfig;
 use proptest::prelude::*;
 
-/// Two nodes on the left (0 m, 1 m), two on the right (11 m, 12 m).
+/// Returns a bench with two nodes on the left (0 m, 1 m) and two on the right (11 m, 12 m).
 fn four(stations: [Station; 4]) -> Bench {
     Bench::new(WireConfig::default(), [0.0, 1.0, 11.0, 12.0].into_iter().zip(stations).collect())
 }
 
-/// Four that send 100h, 200h, 300h and 400h at these ticks.
+/// Returns four nodes that send 100h, 200h, 300h and 400h at these ticks.
 fn four_requesting(requests: &[u64]) -> Bench {
     let stations = requests.iter().zip(1..).map(|(&at, n)| idle().sending(Time(at), frame(0x100 * n)));
     four(stations.collect::<Vec<_>>().try_into().expect("four requests"))
@@ -101,7 +101,7 @@ fn what_cannot_be_is_refused_with_the_reason() {
     let past = refused(5, Fault::RestoreAll);
     assert_eq!(past, FaultError::Past { at: us(5), now: us(10) });
     assert_eq!(past.to_string(), "Time(1680) has passed: it is Time(3360)");
-    // Nothing of all that happened.
+    // No refused fault has an effect.
     bench.leap(us(100));
     assert_eq!(received(&bench, 1).len(), 1);
     assert!(!bench.wire.take_records().iter().any(|record| matches!(record, Observation::Fault { .. })));
@@ -234,7 +234,7 @@ fn a_recessive_short_drives_a_transmitter_to_bus_off() {
 }
 
 /// Dominant: receivers see six dominant bits, count 9 for the first after their flag and 8 for every eighth, and stay
-/// error passive; nobody is bus-off who does not transmit.
+/// error passive. Nodes that do not transmit are not bus-off.
 #[test]
 fn a_dominant_short_makes_receivers_error_passive() {
     let mut bench = four([idle(), idle(), idle(), idle()]);
@@ -276,7 +276,7 @@ fn node_without_power_takes_no_part_and_returns_after_11_bits() {
     assert_eq!(bench.stations[1].told(WireEvent::Joined), [us(11), us(211)]);
 }
 
-/// The bus is blocked while a driver is stuck, and works again afterwards: nobody else is bus-off but who transmitted.
+/// The bus is blocked while a driver is stuck, and works again afterwards: only transmitters are bus-off.
 #[test]
 fn a_stuck_dominant_driver_blocks_the_bus_until_it_is_free() {
     let mut bench = four([sending(30, sync()), idle(), idle(), idle()]);
@@ -307,7 +307,8 @@ fn a_driver_that_gets_stuck_within_a_frame_destroys_it() {
     assert_eq!(frames(&bench, 2), [sync()]);
 }
 
-/// A babbling node of the highest priority starves all others; of the lowest, they get through between its frames.
+/// Given a babbling node of the highest priority, then all others are starved. With the lowest priority the others send
+/// between its frames.
 #[test]
 fn a_babbling_node_starves_those_of_lower_priority() {
     for (id, delivered) in [(0x000, 0), (0x7FF, 20)] {
@@ -355,7 +356,7 @@ fn a_drifting_clock_loses_the_bus_until_it_is_back() {
     assert_eq!(sent(&bench, 0).len(), 60, "once it is error passive, the others go on");
 }
 
-/// Only those named see a glitch, and what it does is what they see.
+/// Only the named nodes see a glitch, with its effect.
 #[test]
 fn a_glitch_is_seen_by_whom_it_names() {
     for effect in [Effect::Invert, Effect::Recessive] {
@@ -367,7 +368,7 @@ fn a_glitch_is_seen_by_whom_it_names() {
         assert!(errors(&bench, 2)[0].0 <= errors(&bench, 1)[0].0, "the others learn of it from node 2");
         assert_eq!((starts(&bench, 0).len(), frames(&bench, 1)), (2, vec![sync()]));
     }
-    // What is dominant already stays so.
+    // A level that is already dominant does not change.
     let mut bench = sender_and(3);
     let glitch = Fault::Glitch { nodes: Nodes::ALL, duration: us(1), effect: Effect::Dominant };
     schedule(&mut bench, SOF + 6, glitch);
@@ -375,7 +376,7 @@ fn a_glitch_is_seen_by_whom_it_names() {
     assert_eq!(sent(&bench, 0), [us(SOF + 48)]);
 }
 
-/// A flip strikes each of its nodes once, at the next bit at its place, and no other bit.
+/// A flip inverts one bit for each of its nodes, the next one at its place, and no other bit.
 #[test]
 fn a_flip_strikes_each_node_once() {
     let mut bench = sender_and(3);
@@ -387,7 +388,7 @@ fn a_flip_strikes_each_node_once() {
     // The first try: both at once. All the rest is well.
     assert_eq!(bench.wire.counters().destroyed, 1);
     assert_eq!(starts(&bench, 0).len(), 5);
-    // Two flips of one node strike one frame each.
+    // Two flips of one node affect one frame each.
     let bench = disturbed(3, [flip_field(Field::Eof(2), &[1]), flip_field(Field::Eof(2), &[1])], 700);
     assert_eq!(bench.wire.counters().destroyed, 2);
 }
@@ -420,7 +421,7 @@ fn random_bit_errors_come_at_their_rate_and_end() {
     assert_ne!(again(5), again(6));
 }
 
-/// The transmitter of a destroyed frame without power: the record says so.
+/// Given a transmitter that loses power within a frame, then the record has this cause.
 #[test]
 fn a_transmitter_that_loses_power_takes_its_frame_along() {
     let mut bench = sender_and(2);
@@ -460,7 +461,7 @@ proptest! {
         prop_assert_eq!(&both[2..], &run(&[], &right)[2..]);
     }
 
-    /// However often the cable breaks and heals: once whole, everything arrives, and nothing is lost.
+    /// Given any sequence of cuts and repairs, then all frames arrive after the last repair, and none is lost.
     #[test]
     fn a_healed_cable_delivers_everything(
         faults in prop::collection::vec((0u64..400_000, 0u8..3, prop::sample::select(vec![0.5, 6.0, 11.5])), 0..12),
@@ -517,7 +518,7 @@ fn a_driver_that_sticks_as_it_lets_go_stays_dominant() {
     assert_eq!(levels(&bench, 1), [false], "dominant since the SOF");
 }
 
-/// What a stuck driver did to the others ends with it, also when its node is silent otherwise.
+/// The effect of a stuck driver on other nodes ends with the fault, also if its node is silent.
 #[test]
 fn a_silent_node_with_a_stuck_driver_lets_go_again() {
     let mut bench = Bench::new(WireConfig::default(), vec![(0.0, silent()), (10.0, listener())]);
@@ -544,7 +545,8 @@ fn disturbances_of_nobody_and_of_foreign_nodes_are_refused() {
     assert_eq!(bench.wire.schedule(Time::ZERO, Fault::Flip(Flip::new(Place::Bit(0), Nodes::ALL))), Ok(()));
 }
 
-/// Two pieces heal while both are in the ACK slot: either acknowledges the other, and two frames are complete.
+/// Given two pieces that are joined while both are in the ACK slot, then each acknowledges the other, and two frames
+/// are complete.
 #[test]
 fn two_frames_that_acknowledge_each_other_are_both_on_record() {
     let mut bench = four_requesting(&[4_000, 369_771, 369_788, 255_294]);

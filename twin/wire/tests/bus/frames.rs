@@ -9,7 +9,7 @@ use can_wire::station::Bench;
 use can_wire::time::Time;
 use can_wire::wire::WireConfig;
 
-/// The frame as text, the way one writes it on paper: binary strings, CRC by long division, stuffing by looking at the
+/// Returns the frame as text, as calculated by hand: binary strings, CRC by long division, stuffing by looking at the
 /// last five characters.
 fn on_paper(frame: &WireFrame) -> String {
     let rtr = if frame.remote { "1" } else { "0" };
@@ -57,7 +57,7 @@ fn as_text(bits: &[bool]) -> String {
     bits.iter().map(|&bit| if bit { '1' } else { '0' }).collect()
 }
 
-/// Random frames of every kind; bytes of equal bits are what stuffing is about.
+/// Returns a random frame of any kind. Bytes of equal bits test the stuffing.
 fn random(rng: &mut fastrand::Rng) -> WireFrame {
     let id =
         if rng.bool() { WireId::Standard(rng.u16(..0x800)) } else { WireId::Extended(rng.u32(..1 << 29)) };
@@ -91,14 +91,15 @@ fn ten_thousand_random_frames_are_the_same_on_paper() {
     }
 }
 
-/// The catalogue of parametrised CRC algorithms: CRC-15/CAN of "123456789" is 059Eh. It vouches for the division here.
+/// The catalogue of parametrised CRC algorithms: CRC-15/CAN of "123456789" is 059Eh. It checks the division of this
+/// file.
 #[test]
 fn the_paper_divides_as_the_catalogue_does() {
     let text: String = b"123456789".iter().map(|byte| format!("{byte:08b}")).collect();
     assert_eq!(divided(&text), format!("{:015b}", 0x059E));
 }
 
-/// What a receiver makes of the bits is what was sent: every kind of frame, bit by bit, at receivers of both kinds.
+/// Given every kind of frame, then receivers on both paths receive the frame that was sent.
 #[test]
 fn every_kind_of_frame_is_read_as_it_was_sent() {
     let mut rng = fastrand::Rng::with_seed(2);
@@ -164,13 +165,13 @@ fn the_arbitration_field_ends_with_ide_or_the_extended_rtr() {
     }
 }
 
-/// Bits of the last five equal, whether the last is recessive, and the CRC register: all that the stuff bits to come
-/// depend on.
+/// Bits of the last five equal, whether the last is recessive, and the CRC register: on which all later stuff bits
+/// depend.
 type State = (u8, bool, u16);
 
 /// The most bits, interframe space included, of any standard data frame with `bytes` bytes: over all identifiers and
-/// data, by the most stuff bits with which each state can be reached. Two frames in the same state go on alike, so the
-/// one with fewer stuff bits so far never becomes the longer one: it may be dropped.
+/// data, by the most stuff bits with which each state can be reached. Two frames in the same state have the same
+/// continuations, so the one with fewer stuff bits so far never becomes the longer one and is dropped.
 fn longest(bytes: usize) -> usize {
     let mut field: Vec<Option<bool>> = vec![Some(false)];
     field.extend([None; 11]);

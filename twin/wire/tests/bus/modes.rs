@@ -31,7 +31,7 @@ fn a_silent_node_receives_but_does_not_acknowledge() {
     assert_eq!(received(&bench, 1), [(us(SOF + 47), sync())]);
 }
 
-/// It sends no flag either: its error stays its own. It sees its own flag, as if it were on the line.
+/// A silent node sends no error flag, so its error stays local. It sees its own flag as if it were on the line.
 #[test]
 fn a_silent_node_disturbs_nobody_with_its_errors() {
     let mut bench = Bench::together(vec![sending(SOF, sync()), silent(), idle()]);
@@ -71,7 +71,7 @@ fn single_shot_gives_up_after_an_error_or_a_lost_arbitration() {
     assert_eq!(received(&bench, 0), [(us(SOF + 47), sync())]);
 }
 
-/// Frames that no node of ours sends are acknowledged like any other.
+/// Frames that nodes of this project never send are acknowledged like any other.
 #[test]
 fn foreign_frames_are_acknowledged_and_disturb_nobody() {
     let extended = WireFrame { id: WireId::Extended(0x1ABC_DEF0), ..WireFrame::standard(0, &[1, 2, 3]) };
@@ -100,10 +100,10 @@ fn joining_needs_11_recessive_bits() {
     bench.leap(us(300));
     assert_eq!(bench.stations[1].told(WireEvent::Joined), [us(11)]);
     let joined = bench.stations[2].told(WireEvent::Joined)[0];
-    // It begins its bits in the middle of nothing, and finds those of the others with the first edge, to a quantum.
+    // Its bits begin at an arbitrary phase and are synchronised with the first edge, to a quantum.
     assert!(joined.0.abs_diff(us(20 + 51).0) <= 16, "{joined:?}");
     assert_eq!(frames(&bench, 2), [frame(0x081)]);
-    // 10 recessive bits do not do: a request 10 bits after the start has to wait.
+    // 10 recessive bits are not sufficient: a request 10 bits after the start has to wait.
     let mut bench = Bench::together(vec![sending(10, sync()), idle()]);
     bench.leap(us(100));
     assert_eq!(starts(&bench, 0), [us(11)]);
@@ -120,7 +120,7 @@ fn a_transmitter_that_leaves_takes_its_frame_along() {
     assert_eq!(errors(&bench, 1)[0], (end_of(SOF, 20), receive_error(ErrorKind::Stuff)));
     let (cause, at, transmitter, _) = destroyed(&bench.wire.take_records()).unwrap();
     assert_eq!((cause, at, transmitter), (Destruction::TransmitterLeft, us(SOF + 15), 0));
-    // Alone now: flag, delimiter, intermission, and nobody acknowledges. 0 11100000 (1) 000 0 0 0 0000 ...: up to the
+    // Alone now: flag, delimiter, intermission, and no acknowledgement. 0 11100000 (1) 000 0 0 0 0000 ...: up to the
     // ACK slot, the bits of the frame but for ACK delimiter and EOF.
     let second = SOF + 21 + 6 + 8 + 3;
     let up_to_ack = can_wire::encode::encode(&frame(0x700)).bits().len() as u64 - 8;
@@ -136,7 +136,7 @@ fn a_receiver_that_leaves_is_not_missed_by_others() {
     assert_eq!(starts(&bench, 0).len(), 1);
 }
 
-/// Reset keeps nothing, leaving keeps the error counters.
+/// A power cycle clears the error counters, leaving the bus does not.
 #[test]
 fn error_counters_survive_leaving_and_not_a_power_cycle() {
     let mut bench = disturbed(0, [], 300);
@@ -158,13 +158,14 @@ fn propagation_delays_the_receiver_by_5_ns_per_metre() {
     let stations = vec![(10.0, sending(SOF, sync())), (50.0, listener()), (0.0, listener())];
     let mut bench = Bench::new(WireConfig::default(), stations);
     bench.leap(us(100));
-    // 40 m are 200 ns = 67.2 ticks; 10 m are 50 ns = 16.8 ticks. The line changes in the tick that has begun.
+    // 40 m are 200 ns = 67.2 ticks; 10 m are 50 ns = 16.8 ticks. Instants are rounded down to a tick.
     assert_eq!(bench.stations[1].line[0], (us(SOF) + Time(67), false));
     assert_eq!(bench.stations[2].line[0], (us(SOF) + Time(16), false));
     assert_eq!((bench.wire.delay(0, 1), bench.wire.delay(1, 0)), (Time(67), Time(67)));
 }
 
-/// Each node's driver delays what it sends and its receiver what it hears, its own bits included; the cable lies between.
+/// Each node's driver delays its sent levels and its receiver the received levels, its own included. The cable adds its
+/// delay.
 #[test]
 fn transceivers_delay_by_node_and_direction() {
     let transceiver = |driver_ns, receiver_ns| Transceiver { driver_ns, receiver_ns };
@@ -177,7 +178,7 @@ fn transceivers_delay_by_node_and_direction() {
         let config = WireConfig { bit_by_bit, ..WireConfig::default() };
         let mut bench = Bench::with_transceivers(config, stations);
         bench.leap(us(100));
-        // 70 + 85 ns; 70 + 200 + 65 ns; 70 ns: 52.08, 112.56 and 23.52 ticks. The line changes in the tick that has begun.
+        // 70 + 85 ns; 70 + 200 + 65 ns; 70 ns: 52.08, 112.56 and 23.52 ticks. Instants are rounded down to a tick.
         let first = |node: usize| bench.stations[node].line[0];
         assert_eq!([0, 1, 2].map(first), [52, 112, 23].map(|ticks| (us(SOF) + Time(ticks), false)));
         assert_eq!([(0, 0), (0, 1), (1, 0)].map(|(from, to)| bench.wire.delay(from, to).0), [52, 113, 123]);
@@ -224,8 +225,8 @@ fn a_request_before_the_sof_contends_a_later_one_waits() {
     assert_eq!(order(&done(&mut bench)), [sync(), frame(0x001), frame(0x100)]);
 }
 
-/// A dominant third bit of intermission is a SOF: who waits joins without a SOF of its own. Its clock begins early by
-/// the distance of the other.
+/// A dominant third bit of intermission is a SOF: a node with a waiting frame joins without sending a SOF. Its clock is
+/// early by the delay of the other node.
 #[test]
 fn who_waits_joins_a_frame_that_began_in_its_intermission() {
     let fast = can_wire::timing::BitTiming::MEGABIT.fast_by(5_000_000);
@@ -246,7 +247,7 @@ fn an_idle_wire_has_no_events() {
     assert!(bench.wire.is_idle(0) && bench.wire.is_idle(1));
 }
 
-/// A frame in flight can be given up by its fault as well: power off within a frame of a node that waits.
+/// Given a node whose frame waits, when its power goes off within a frame, then it loses its state.
 #[test]
 fn a_node_without_power_loses_what_it_knew() {
     let mut bench = sender_and(2);
@@ -294,7 +295,8 @@ proptest! {
         let expected: Vec<WireFrame> =
             contenders.iter().map(|&(id, ..)| WireFrame::standard(id, &[id as u8])).collect();
         prop_assert_eq!(order(&done), expected);
-        // Back to back: 3 bits of intermission, to the quantum by which clocks of equal speed are moved.
+        // Back to back: 3 bits of intermission, within the quantum by which synchronisation shifts clocks of equal
+        // speed.
         for pair in done.windows(2) {
             prop_assert!(pair[1].start.0.abs_diff((pair[0].end + us(3)).0) <= 16);
         }

@@ -1,4 +1,4 @@
-//! The fast path against the bit path: the same to the last tick.
+//! Compares the fast path with the bit path: the results are equal to the tick.
 
 use crate::common::cases;
 use can_wire::fault::{Effect, Fault, Flip, Nodes, Place};
@@ -29,19 +29,19 @@ fn frame() -> impl Strategy<Value = WireFrame> {
 struct Plan {
     nodes: Vec<Planned>,
     faults: Vec<(u64, Fault)>,
-    /// Faults that are scheduled when they happen, in the order of time.
+    /// Faults that are scheduled only at their instant, in chronological order.
     surprises: Vec<(u64, Surprise)>,
-    /// One for each node.
+    /// Transceiver of each node.
     transceivers: Vec<Transceiver>,
     quantum_us: u64,
     /// Span of a waveform that is taken on the fast path, us.
     recorded: Option<(u64, u64)>,
 }
 
-/// Place in metres, clock error in ppb, bus monitoring, frames and when they are handed over, us.
+/// Position in metres, clock error in ppb, bus monitoring, frames and when they are queued, us.
 type Planned = (f64, i32, bool, Vec<(u64, WireFrame)>);
 
-/// What a wire does not know beforehand.
+/// An event that the wire does not know in advance.
 #[derive(Clone, Debug)]
 enum Surprise {
     Fault(Fault),
@@ -50,7 +50,7 @@ enum Surprise {
     Returns(usize),
     /// It changes to bus monitoring and back.
     Silent(usize, bool),
-    /// A frame is handed over only now.
+    /// A frame is queued only now.
     Sends(usize, WireFrame),
 }
 
@@ -189,7 +189,7 @@ fn fly(plan: &Plan, bit_by_bit: bool, quantum: Option<Time>) -> Bench {
     bench
 }
 
-/// Equal, or where they differ first.
+/// Checks that two lists are equal. The error contains the first difference.
 fn equal<T: std::fmt::Debug + PartialEq>(what: &str, a: &[T], b: &[T]) -> Result<(), TestCaseError> {
     let at = (0..a.len().max(b.len())).find(|&n| a.get(n) != b.get(n));
     prop_assert!(
@@ -210,7 +210,8 @@ fn same(a: &mut Bench, b: &mut Bench) -> Result<(), TestCaseError> {
     equal("records", &a.wire.take_records(), &b.wire.take_records())
 }
 
-/// What a waveform shows is what the controllers saw, and every sample is the level at its sample point.
+/// Checks that a waveform agrees with the events of the controllers, and that every sample is the level at its sample
+/// point.
 fn is_true(waveform: &Waveform, bench: &Bench) -> Result<(), TestCaseError> {
     let inside = |&&(at, _): &&(Time, bool)| waveform.from < at && at < waveform.to;
     for (lane, station) in waveform.lanes.iter().zip(&bench.stations) {
@@ -235,14 +236,14 @@ fn is_true(waveform: &Waveform, bench: &Bench) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// When the wire does something next, two bits after the SOF at 40 us.
+/// Returns the next event of the wire, two bits after the SOF at 40 us.
 fn next_event_within_a_frame(bench: &mut Bench) -> Time {
     bench.leap(Time::from_us(42));
     bench.wire.next_event().unwrap()
 }
 
-/// An undisturbed frame is one step: nothing happens before it is valid, 47 bits after its SOF. On the bit path it
-/// asks for attention when the identifier is over, 12 bits after SOF.
+/// An undisturbed frame is one step: the next event is when it is valid, 47 bits after its SOF. On the bit path there
+/// is an event after the identifier, 12 bits after SOF.
 #[test]
 fn undisturbed_frames_take_the_fast_path() {
     let sync = WireFrame::standard(0x080, &[]);
@@ -262,7 +263,7 @@ fn undisturbed_frames_take_the_fast_path() {
     assert_eq!(bench.wire.next_event(), Some(Time::from_us(40 + 47)));
 }
 
-/// Flies a plan on both paths, the fast one in quanta. What they tell is the same, and a waveform is what it was asked to be.
+/// Runs a plan on both paths, the fast one in quanta. Checks that events are equal and that a waveform is as requested.
 fn compare(plan: &Plan, quantum: Option<Time>) -> Result<(), TestCaseError> {
     let mut fast = fly(plan, false, quantum);
     same(&mut fast, &mut fly(plan, true, None))?;
@@ -271,7 +272,7 @@ fn compare(plan: &Plan, quantum: Option<Time>) -> Result<(), TestCaseError> {
     waveform.map_or(Ok(()), |waveform| is_true(&waveform, &fast))
 }
 
-/// Two nodes without faults but one that nobody announced; the first frame of each is requested at 50 us.
+/// Returns two nodes with one fault that was not announced; the first frame of each is requested at 50 us.
 fn surprised(frames: [Option<WireFrame>; 2], loop_ns: u32, at: u64, surprise: Surprise) {
     let node =
         |frame: Option<WireFrame>| (0.0, 0, false, frame.map(|frame| (50, frame)).into_iter().collect());
@@ -286,8 +287,8 @@ fn surprised(frames: [Option<WireFrame>; 2], loop_ns: u32, at: u64, surprise: Su
     compare(&plan, Some(Time::from_us(1))).unwrap_or_else(|error| panic!("{:?} us: {error}", plan.surprises));
 }
 
-/// A driver gets stuck, unannounced, within its own frame of five dominant bits and a stuff bit, at every microsecond:
-/// what has been sent stays as it was.
+/// Given a driver that gets stuck, unannounced, within its own frame of five dominant bits and a stuff bit, at every
+/// microsecond, then the bits sent before do not change.
 #[test]
 fn a_driver_stuck_within_a_frame_does_not_change_the_past() {
     let frame = WireFrame::standard(0, &[0]);
@@ -296,8 +297,8 @@ fn a_driver_stuck_within_a_frame_does_not_change_the_past() {
     }
 }
 
-/// A transmitter goes silent in mid-frame, unannounced, with its driver dominant: the others never see it let go. Two contenders keep
-/// the frame from the fast path until the arbitration is over.
+/// Given a transmitter that becomes silent within a frame, unannounced, with its driver dominant, then the others do
+/// not see it become recessive. With two contenders the frame is on the bit path until the arbitration is over.
 #[test]
 fn a_transmitter_that_goes_silent_reaches_nobody_on_both_paths() {
     let first = WireFrame::standard(0x001, &[8, 46, 132, 33, 150, 33, 46, 16]);

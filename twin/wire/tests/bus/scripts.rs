@@ -100,7 +100,7 @@ fn some(rng: &mut fastrand::Rng) -> Nodes {
     Nodes::of(&nodes)
 }
 
-/// A fault, and the place in a frame that it strikes if it has one.
+/// Returns a random fault, and its place in a frame if it has one.
 fn fault(rng: &mut fastrand::Rng) -> (Fault, Option<Place>) {
     let node = rng.usize(..NODES);
     let position_m = f64::from(rng.u32(1..8)) * 5.0 - 0.05;
@@ -146,7 +146,7 @@ fn fault(rng: &mut fastrand::Rng) -> (Fault, Option<Place>) {
     (fault, None)
 }
 
-/// Who shares a piece of cable with whom, and has power, from an instant on.
+/// Pieces of cable with their nodes, and nodes with power, from an instant on.
 #[derive(Clone)]
 struct Topology {
     from: Time,
@@ -180,7 +180,7 @@ fn topologies(script: &Script) -> Vec<Topology> {
     all
 }
 
-/// What to know of a run to judge it.
+/// Data of a run for judging it.
 struct Judge<'a> {
     script: &'a Script,
     bench: &'a Bench,
@@ -194,13 +194,13 @@ impl Judge<'_> {
         self.topologies[first..].iter().take_while(move |topology| topology.from <= to)
     }
 
-    /// On the same piece of cable, with power, all the time.
+    /// Returns whether both nodes are on the same piece of cable, with power, all the time.
     fn together(&self, one: usize, other: usize, from: Time, to: Time) -> bool {
         self.during(from, to)
             .all(|topology| topology.piece[one].is_some() && topology.piece[one] == topology.piece[other])
     }
 
-    /// Takes part and is error active all the time.
+    /// Returns whether a node takes part and is error active all the time.
     fn active(&self, node: usize, from: Time, to: Time) -> bool {
         let has_power = |topology: &Topology| topology.piece[node].is_some();
         let since = self.topologies.iter().take_while(|topology| topology.from <= from);
@@ -225,7 +225,7 @@ impl Judge<'_> {
         self.bench.stations[node].received().any(|(at, got)| got == frame && near(at))
     }
 
-    /// Every pair of receivers that could have agreed and did not; and how many agreed.
+    /// Returns every pair of receivers that should have agreed and did not, and the number of pairs that agreed.
     fn judge(&self) -> (Vec<Disagreement>, usize) {
         let (mut disagreements, mut agreements) = (Vec::new(), 0);
         for with in 0..NODES {
@@ -250,7 +250,7 @@ impl Judge<'_> {
         (disagreements, agreements)
     }
 
-    /// A fault was at work in the last two bits of EOF, which `at` divides.
+    /// Returns whether a fault was active in the last two bits of EOF, which `at` separates.
     fn is_explained(&self, Disagreement { frame, at, .. }: &Disagreement) -> bool {
         let (from, to) = (at.since(us(1) + Time(168)), *at + us(1) + Time(168));
         let length = encode(frame).bits().len();
@@ -302,11 +302,12 @@ fn receivers_agree_but_for_the_last_two_bits_of_eof() {
     }
     assert!(agreed > 1_000_000, "{agreed}");
     assert_eq!(misread, 0);
-    // The hole is there, and random scripts find it, if seldom.
+    // Random scripts find the hole, but seldom.
     assert!((10..SCRIPTS as usize / 5).contains(&explained), "{explained}");
 }
 
-/// The hole on purpose, in traffic of eight nodes: one receiver sees the last but one bit of EOF dominant.
+/// Given traffic of eight nodes, when one receiver sees the last but one bit of EOF dominant, then the disagreement is
+/// found and explained.
 #[test]
 fn a_disturbed_last_but_one_bit_of_eof_is_found_and_explained() {
     let place = Place::Field(Field::Eof(5));
@@ -319,7 +320,7 @@ fn a_disturbed_last_but_one_bit_of_eof_is_found_and_explained() {
     // Neither the transmitter nor the victim has it: six have.
     assert_eq!(disagreements.len(), 6, "{disagreements:?}");
     assert!(disagreements.iter().all(|(it, is_explained)| it.without == victim && *is_explained));
-    // The same in the bit before harms nobody.
+    // The same fault one bit earlier causes no disagreement.
     let place = Place::Field(Field::Eof(4));
     script.faults = vec![flip(place)];
     assert_eq!(judge(&script).0, []);

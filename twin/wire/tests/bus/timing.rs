@@ -1,4 +1,4 @@
-//! Bit timing: where bits are sampled, how far clocks and cables may be off, and what synchronises (ISO 11898-1, 11.3).
+//! Bit timing: sample points, tolerance of clocks and cables, and synchronisation (ISO 11898-1, 11.3).
 
 use crate::common::*;
 use can_wire::controller::ErrorKind;
@@ -28,7 +28,7 @@ fn rare_edges() -> WireFrame {
     WireFrame::standard(0x0F5, &[0x3C; 8])
 }
 
-/// `frame` from node 0 to node 1 at `at`, with a node that acknowledges next to the first.
+/// Returns whether `frame` from node 0 at `at` is received by node 1. Another node next to the first acknowledges.
 fn passes(frame: WireFrame, from: BitTiming, to: BitTiming, at: Time) -> bool {
     let mut bench = Bench::together(vec![
         Station::with_timing(from).sending(at, frame),
@@ -116,7 +116,8 @@ fn within_the_published_tolerance_nothing_goes_wrong() {
     }
 }
 
-/// A node at half the bit rate understands nothing, counts errors until it is error passive, and then harms nobody.
+/// Given a node at half the bit rate, then it receives no frame, counts errors until it is error passive, and then does
+/// not disturb the bus.
 #[test]
 fn a_wrong_bit_rate_understands_nothing_and_counts_errors() {
     let slow = BitTiming::new(Quantum::new(2 * QUANTUM, 1), 16, 4, 4);
@@ -175,7 +176,7 @@ fn recessive_spike(from: u64, to: u64) -> usize {
     errors(&bench, 1).len()
 }
 
-/// A bit is what the line is at its sample point, 17 quanta = 272 ticks after its start.
+/// The value of a bit is the level at its sample point, 17 quanta = 272 ticks after its start.
 #[test]
 fn only_the_sample_point_counts() {
     assert_eq!(recessive_spike(1, 271), 0);
@@ -184,7 +185,7 @@ fn only_the_sample_point_counts() {
     assert!(recessive_spike(1, 274) > 0);
 }
 
-/// One sample per bit: a receiver synchronises hard to a SOF at any phase of its own clock, and what it tells keeps that
+/// One sample per bit: a receiver synchronises hard to a SOF at any phase of its own clock, and its events keep that
 /// phase to a quantum.
 #[test]
 fn a_sof_synchronises_hard_at_any_phase() {
@@ -214,7 +215,8 @@ fn a_spike_in_idle_is_no_start_of_frame() {
     }
 }
 
-/// Only one synchronisation between two samples, and none by who sends dominant itself: a ringing edge harms nobody.
+/// There is only one synchronisation between two samples, and none in a node that sends dominant: a ringing edge has no
+/// effect.
 #[test]
 fn a_ringing_edge_synchronises_once() {
     let mut bench = sender_and(2);

@@ -1,4 +1,4 @@
-//! What a waveform shows, counted on paper.
+//! Waveforms, compared with bits counted by hand.
 
 use crate::common::*;
 use can_wire::controller::{ErrorKind, WireEvent};
@@ -115,7 +115,7 @@ fn an_error_frame_bit_by_bit() {
     assert_eq!(waveform.lanes[0].events.last(), Some(&(us(60), WireEvent::Started)));
 }
 
-/// A span that begins and ends within frames has the same bits as one that holds them.
+/// A span that begins and ends within frames has the same bits as one that contains these frames.
 #[test]
 fn a_span_cuts_a_longer_one() {
     let whole = record(&mut erring(), 0, 120);

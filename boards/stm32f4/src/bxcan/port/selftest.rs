@@ -1,7 +1,7 @@
 //! Checks of a controller, its transceiver and its capture wire that need no other node.
 //!
-//! Both send one frame without repetition and poll: the interrupts of the controller are off from the first check on, so that
-//! no handler takes the result away.
+//! Both send one frame without retransmission and poll for its result. The interrupts of the controller are off from
+//! the first check on, so that no handler takes the result.
 
 use thiserror::Error;
 
@@ -12,9 +12,9 @@ use embassy_stm32::pac::can::vals::Silm;
 use super::{Port, controller};
 use crate::capture::Edges;
 
-/// Looks at a register until a step is given up: 10 ms and more, and a frame takes 0.5 ms at 125 kbit/s.
+/// Reads of a register before a step fails. They take at least 10 ms; a frame takes 0.5 ms at 125 kbit/s.
 const LOOKS: usize = 200_000;
-/// Alternating bits: 7 falling edges up to RTR, and no node of a spacecraft uses it.
+/// Identifier of alternating bits: it has 7 falling edges up to RTR, and no node of a spacecraft uses it.
 const IDENTIFIER: CobId = match CobId::new(0x555) {
     Some(id) => id,
     None => panic!("11 bits"),
@@ -23,7 +23,7 @@ const EDGES_OF_IDENTIFIER: usize = 7;
 const DATA: [u32; 2] = [0x5500_FFAA, 0x0123_4567];
 const LENGTH: u8 = 8;
 
-/// What is wrong with a controller in silent loopback.
+/// Fault of a controller found in silent loopback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -48,7 +48,7 @@ pub enum ControllerFault {
     Content(u16, u32),
 }
 
-/// What is wrong between a controller and its bus.
+/// Fault between a controller and its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -64,21 +64,21 @@ pub enum LineFault {
     Controller(ControllerFault),
 }
 
-/// What is wrong with a capture wire.
+/// Fault of a capture wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CaptureFault {
-    /// The timer saw too few falling edges at its input: their number.
+    /// The timer captured too few falling edges at its input; holds their number.
     #[error("the timer saw {0} falling edges at its input, which is too few")]
     TooFew(u8),
-    /// The edges came to the input of the other bus.
+    /// The edges arrived at the input of the other bus.
     #[error("the edges came to the input of the other bus")]
     Swapped,
 }
 
 impl Port<Edges> {
-    /// Sends a frame in silent loopback: nothing reaches the pins. For a port that has not joined its bus.
+    /// Sends a frame in silent loopback: nothing reaches the pins. The port must not have joined its bus.
     ///
     /// # Errors
     /// [`ControllerFault`].
@@ -91,8 +91,9 @@ impl Port<Edges> {
         sent
     }
 
-    /// Sends a frame once on the bus, which needs no other node: without acknowledgement the controller has read all its bits
-    /// back. Returns what came to the capture inputs, this port's and that of `other`. For a port that has not joined its bus.
+    /// Sends a frame once on the bus. It needs no other node: even without an acknowledgement the controller reads all
+    /// bits of the frame back. Returns the result at the capture inputs of this port and of `other`. The port must not
+    /// have joined its bus.
     ///
     /// # Errors
     /// [`LineFault`].
@@ -117,7 +118,8 @@ impl Port<Edges> {
         })
     }
 
-    /// Sends the frame from Init mode, once. Returns whether it was acknowledged; in loopback it needs no acknowledgement.
+    /// Enters the bus from Init mode and sends the frame once. Returns whether it was acknowledged; in loopback it
+    /// needs no acknowledgement.
     fn attempt(&self, is_loopback: bool) -> Result<bool, ControllerFault> {
         let registers = self.registers;
         registers.ier().write(|w| w.0 = 0);
@@ -127,7 +129,7 @@ impl Port<Edges> {
             w.set_silm(if is_loopback { Silm::SILENT } else { Silm::NORMAL });
         });
         registers.tsr().write(|w| w.set_rqcp(0, true));
-        // INRQ is off, and nothing is repeated.
+        // Clears INRQ and sets NART: no retransmission.
         registers.mcr().write(|w| w.set_nart(true));
         reaches(|| !registers.msr().read().inak()).ok_or(ControllerFault::Start)?;
         let mailbox = registers.tx(0);
@@ -163,7 +165,7 @@ impl Port<Edges> {
     }
 }
 
-/// Looks until `condition` holds; `None` when it takes too long.
+/// Polls until `condition` holds. Returns `None` if it takes too long.
 fn reaches(condition: impl Fn() -> bool) -> Option<()> {
     (0..LOOKS).any(|_| condition()).then_some(())
 }

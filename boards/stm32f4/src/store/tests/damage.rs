@@ -6,7 +6,7 @@ use super::*;
 
 const NODE: NodeId = NodeId::of::<9>();
 
-/// Two sets in a page, of 21 and of 30 bytes.
+/// Returns a flash with two sets in a page, of 21 and of 30 bytes.
 fn two_sets() -> (Flash, Vec<u8>, Vec<u8>) {
     let (old, new) = (set(1, 21), set(2, 30));
     let (mut log, _) = open(Flash::erased());
@@ -15,10 +15,10 @@ fn two_sets() -> (Flash, Vec<u8>, Vec<u8>) {
     (log.into_flash(), old, new)
 }
 
-/// Header, the first set of 4 + 24 + 4 + 4 bytes, the second's length.
+/// Offset behind the header, the first set of 4 + 24 + 4 + 4 bytes, and the length of the second.
 const SECOND: usize = 8 + 36 + 4;
 
-/// Two sets, a note and a Node-ID.
+/// Returns a flash with two sets, a note and a Node-ID.
 fn all_kinds() -> Flash {
     let (mut log, _) = open(two_sets().0);
     log.write_note(0x123).unwrap();
@@ -26,7 +26,7 @@ fn all_kinds() -> Flash {
     log.into_flash()
 }
 
-/// Whether a start finds all of [`all_kinds`]; the flash after it.
+/// Returns whether a start finds all of [`all_kinds`], its report, and the flash after it.
 fn finds_all(flash: Flash) -> (bool, Opened, Flash) {
     let (mut log, opened) = open(flash);
     let found = (stored(&mut log), log.note(), log.node_id(), log.check());
@@ -48,7 +48,7 @@ fn a_flipped_bit_anywhere_loses_nothing_and_is_mended() {
         flip(&mut damaged, bit);
         let (all, _, mended) = finds_all(damaged);
         assert!(all, "bit {bit}");
-        // Nothing is left to mend.
+        // Nothing is left to correct.
         let before = mended.operations();
         let (all, opened, after) = finds_all(mended.clone());
         assert!(all && opened == Opened::default() && after.operations() == before, "bit {bit}: {opened:?}");
@@ -68,7 +68,7 @@ fn five_hundred_flipped_bits_lose_nothing() {
     let mut flash = all_kinds();
     let mut corrected = 0;
     for number in 0..500 {
-        // Most of them where something is written, in either page.
+        // Most flips hit written words, in either page.
         let begin = PAGE * random.usize(..2);
         let bytes = if number % 4 == 0 { PAGE } else { 120 };
         flip(&mut flash, 8 * begin + random.usize(..8 * bytes));
@@ -155,7 +155,7 @@ fn the_format_is_the_documented_one() {
     let (mut log, _) = open(Flash::erased());
     save(&mut log, b"123456789").unwrap();
     let expected = [
-        // One has an odd number of ones, nine has not.
+        // 1 has an odd number of ones, 9 an even number.
         &b"CE\xBC\xBA\x01\x80\xFE\x7F"[..],
         b"\x09\x00\xF6\xFF123456789\xFF\xFF\xFF",
         &0xE306_9283_u32.to_le_bytes(),
@@ -165,7 +165,7 @@ fn the_format_is_the_documented_one() {
     assert_eq!(log.into_flash().bytes[..8 + 4 + 12 + 4 + 4 + 4], expected.concat());
 }
 
-/// Sets of a former format begin with another word: they are not read.
+/// Given a page of the former format, which begins with another word, then it is not read.
 #[test]
 fn a_page_of_the_former_format_is_erased() {
     let mut flash = Flash::erased();
@@ -191,7 +191,7 @@ fn a_length_beyond_the_page_is_none() {
 #[test]
 fn stuck_bit_fails_the_save_and_the_next_save_goes_elsewhere() {
     let (flash, _, stored_set) = two_sets();
-    // Where the third set goes: length, data, CRC, commit.
+    // Offset of the third set; the second has length, data, CRC, commit.
     let third = SECOND + 32 + 8;
     for byte in 0..4 + 16 + 4 + 4 {
         let mut flash = flash.clone();

@@ -1,20 +1,21 @@
-//! Flash in RAM: programs and erases as the chip does, counts it, and loses power where a test says.
+//! Flash in RAM. Programs and erases as the chip does, counts the operations, and loses power at an operation that a
+//! test selects.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
 pub const PAGE: usize = 40 * 1024;
 
-/// What the word or page holds in whose operation power failed.
+/// Content of the word or page during whose operation power failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Remains {
     Old,
     New,
-    /// Words of both, and words with bits of both.
+    /// Old words, new words, and words with bits of both; holds the seed.
     Mixed(u64),
 }
 
 impl Remains {
-    /// Every kind, with so many mixtures.
+    /// Returns every kind, with `mixtures` mixtures.
     pub fn all(mixtures: u64) -> impl Iterator<Item = Remains> {
         [Remains::Old, Remains::New].into_iter().chain((0..mixtures).map(Remains::Mixed))
     }
@@ -26,10 +27,10 @@ pub struct Flash {
     /// Words programmed and pages erased since the start of the test.
     pub programs: u64,
     pub erases: u64,
-    /// After how many operations power fails, and what remains.
+    /// Number of operations after which power fails, and the content that remains.
     pub cut: Option<(u64, Remains)>,
     pub powered: bool,
-    /// Bits that stay as they are: address, mask.
+    /// Bits that cannot be changed: address, mask.
     pub stuck: Option<(usize, u8)>,
 }
 
@@ -42,12 +43,12 @@ impl Flash {
         self.programs + self.erases
     }
 
-    /// Lets power fail in an operation from now on, the next one being 1.
+    /// Makes power fail in an operation; 1 is the next one.
     pub fn cut_at(&mut self, operation: u64, remains: Remains) {
         self.cut = Some((self.operations() + operation, remains));
     }
 
-    /// Power is back.
+    /// Restores power.
     pub fn revived(mut self) -> Flash {
         self.powered = true;
         self.cut = None;

@@ -1,4 +1,4 @@
-//! The log on a flash that fails wherever it can.
+//! The log on a flash that fails at every possible operation.
 
 mod damage;
 mod mock;
@@ -15,7 +15,7 @@ use super::log::{MAX_SET, Opened, ParameterLog};
 
 type Log = ParameterLog<Flash>;
 
-/// A set that is told from every other by each of its bytes.
+/// Returns a set that differs from every other one in each byte.
 fn set(number: u8, len: usize) -> Vec<u8> {
     (0..len).map(|k| number.wrapping_mul(31).wrapping_add(k as u8)).collect()
 }
@@ -63,7 +63,7 @@ fn store_values(log: &mut Log, group: Group, request: StoreRequest, values: &[(A
     while !save.advance(log, &mut Values(values)).unwrap() {}
 }
 
-/// What is stored when the chip starts next time.
+/// Returns the set that the next start finds.
 fn after_restart(flash: Flash) -> (Vec<u8>, Opened) {
     let (mut log, opened) = open(flash);
     (stored(&mut log), opened)

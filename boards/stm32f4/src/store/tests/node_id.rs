@@ -1,4 +1,4 @@
-//! The Node-ID in three copies: whatever happens to one of them, and whenever power fails.
+//! The Node-ID in three copies: damage of any copy, and power failure at any operation.
 //!
 //! Verifies: ECSS 6.10e, 6.10k
 
@@ -39,7 +39,7 @@ fn three_copies_have_the_documented_format() {
     log.store_node_id(id(3)).unwrap();
     assert_eq!(log.flash().bytes[HEADER..HEADER + 16], [words(&THREE), vec![0xFF; 4]].concat());
     assert_eq!((log.node_id(), found(log.flash().clone())), (id(3), id(3)));
-    // The next ones take their place.
+    // The next copies replace them.
     log.store_node_id(id(7)).unwrap();
     assert_eq!(log.flash().bytes[HEADER..HEADER + 24], [vec![0; 12], words(&SEVEN)].concat());
     assert_eq!((log.node_id(), found(log.flash().clone())), (id(7), id(7)));
@@ -63,7 +63,8 @@ fn every_node_id_of_a_slave_is_stored_and_found() {
     }
 }
 
-/// Given copies of the Node-ID of the master or of maintenance mode, as an earlier program may have stored them, then they are none.
+/// Given copies of the Node-ID of the master or of maintenance mode, as an earlier program may have stored them, then
+/// they are ignored.
 ///
 /// Verifies: ECSS 9.1a
 /// Notices: ECSS 9.1a: a stored Node-ID of the master is taken.
@@ -97,7 +98,7 @@ fn sets_notes_and_changes_of_pages_keep_the_node_id() {
     assert_eq!(pages, [true; 2]);
 }
 
-/// A log with a set, a note and the copies of 3, which replaced others.
+/// Returns a flash with a set, a note and the copies of 3, which replaced others.
 fn written() -> Flash {
     let (mut log, _) = open(Flash::erased());
     log.store_node_id(id(7)).unwrap();
@@ -108,7 +109,7 @@ fn written() -> Flash {
     log.into_flash()
 }
 
-/// Every bit of all that is written: header, copies, those before, sets, notes.
+/// Flips every written bit: header, copies, replaced copies, sets, notes.
 #[test]
 fn every_flipped_bit_of_the_log_leaves_the_node_id() {
     let flash = written();
@@ -133,7 +134,7 @@ fn a_copy_that_differs_is_written_anew_at_the_next_start() {
         let (mut log, _) = open(damaged);
         assert_eq!(log.node_id(), id(3), "bit {bit}");
         assert_eq!(log.flash().bytes[PAGE + HEADER..][..12], words(&THREE), "bit {bit}");
-        // Then another one may fail.
+        // Afterwards another copy may fail.
         for copy in 0..3 {
             let mut again = log.flash().clone();
             again.bytes[PAGE + HEADER + 4 * copy] ^= 3;

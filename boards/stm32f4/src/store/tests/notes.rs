@@ -8,7 +8,7 @@ use ecss_can::store::Content;
 use super::power::{at_each_operation, start_on};
 use super::*;
 
-/// What the next start finds: set, note, sets damaged.
+/// Returns what the next start finds: set, note, number of damaged sets.
 fn found(flash: Flash) -> (Vec<u8>, Option<u16>, u32) {
     let (mut log, opened) = open(flash);
     (stored(&mut log), log.note(), opened.damaged)
@@ -57,7 +57,7 @@ fn the_last_note_counts_until_a_set_is_stored() {
     log.write_note(2).unwrap();
     log.write_note(3).unwrap();
     assert_eq!(found(log.flash().clone()), (set(1, 9), Some(3), 0));
-    // A set that was begun and not committed leaves it, also when another note was written meanwhile.
+    // An uncommitted set does not invalidate the note, also when another note was written meanwhile.
     log.begin(12).unwrap();
     log.append(&[0; 12]).unwrap();
     assert_eq!(found(log.flash().clone()), (set(1, 9), Some(3), 0));
@@ -140,13 +140,13 @@ fn a_note_cut_short_leaves_the_old_one_or_the_new() {
     }
 }
 
-/// The room of a page: its header and three quarters less that, in words.
+/// Words for notes in a page: three quarters of it without the header.
 const NOTES: usize = (PAGE * 3 / 4 - 8) / 4;
 
 /// Words of a set of 40 bytes: length, bytes, CRC, commit.
 const SET: usize = 1 + 10 + 1 + 1;
 
-/// Notes up to the last quarter of the page, on top of a set of 40 bytes.
+/// Returns a flash with a set of 40 bytes and notes up to the last quarter of the page.
 fn full_of_notes() -> Flash {
     let (mut log, _) = open(Flash::erased());
     save(&mut log, &set(1, 40)).unwrap();
@@ -180,7 +180,8 @@ fn a_change_of_pages_cut_short_keeps_set_and_note() {
     assert_eq!(operations, SET as u64 + 1 + 2);
 }
 
-/// Notes, sets, starts and failures of power in any order: what is found is what was done last, or what was before.
+/// Given notes, sets, starts and power failures in random order, then a start finds the result of the last operation or
+/// of the one before.
 #[test]
 fn any_history_keeps_the_old_state_or_the_new() {
     for seed in 0..200 {
@@ -215,7 +216,7 @@ fn any_history_keeps_the_old_state_or_the_new() {
     }
 }
 
-/// Bdefault of node 3 on top of 1010h and 1011h, as a slave keeps it.
+/// Stores Bdefault of node 3 through 1010h and 1011h, as a slave does.
 ///
 /// Verifies: ECSS 8.3.3l
 #[test]

@@ -1,11 +1,11 @@
-//! Power fails in every operation there is: the old set or the new one, never a mixture, never none.
+//! Power fails in each operation: a start finds the old set or the new one, never a mixture, never none.
 
 use ecss_can::store::Loss;
 
 use super::*;
 
 /// Cuts power in each operation of `act` on `flash`; `check` gets the number of the operation from the end, the flash
-/// with power back, and whether `act` had said that it was done.
+/// with power back, and whether `act` had reported success.
 pub(super) fn at_each_operation(
     flash: &Flash,
     mixtures: u64,
@@ -32,14 +32,14 @@ fn save_on(flash: Flash, set: &[u8]) -> (Flash, bool) {
     (log.into_flash(), done)
 }
 
-/// Not a failure of the test when power fails: what a start does is as far as it gets.
+/// Starts on a flash. A power failure during the start does not fail the test.
 pub(super) fn start_on(flash: Flash) -> (Flash, bool) {
     let mut flash = flash;
     let done = ParameterLog::open(&mut flash, 0).is_ok();
     (flash, done)
 }
 
-/// Goes on after a failure: the next set is saved and found again.
+/// Checks that after a failure the next set is saved and found again.
 fn goes_on(flash: Flash) {
     let (flash, done) = save_on(flash, b"afterwards");
     assert!(done);
@@ -70,7 +70,8 @@ fn a_save_cut_short_leaves_the_old_set_or_the_new() {
                         (0, 0),
                         "an interrupted save damages nothing"
                     );
-                    // Up to the length nothing of the save is left, from a bit of the commit word on it is complete.
+                    // Up to the length word the save leaves nothing; once a bit of the commit word is written it is
+                    // complete.
                     let is_new = found == new;
                     assert!(
                         !(opened.is_interrupted && is_new && new != old),
@@ -102,7 +103,7 @@ fn many_saves_cut_short_use_up_room_and_nothing_else() {
     goes_on(flash);
 }
 
-/// A page that is full and the set of `len` bytes that it holds; `other` is what the other page holds at that time.
+/// Returns a flash with a full page, and its last set, of `len` bytes. `other`: content of the other page at that time.
 fn full_page(other: Option<u8>, len: usize) -> (Flash, Vec<u8>) {
     let mut flash = Flash::erased();
     if let Some(byte) = other {
@@ -138,7 +139,7 @@ fn a_change_of_pages_cut_short_twice_keeps_the_set() {
     });
 }
 
-/// The past comes back nowhere: the other page holds the sets of before when it is erased and power fails.
+/// An old set never returns: the other page holds older sets when power fails during its erase.
 #[test]
 fn pages_change_back_and_forth_with_every_erase_cut_short() {
     let (mut flash, mut expected) = full_page(None, 93);
@@ -172,7 +173,7 @@ fn a_first_start_cut_short_is_made_up_for() {
     }
 }
 
-/// Saves, starts and failures of power in any order against the two sets that may be there.
+/// Compares saves, starts and power failures in random order with the two sets that a start may find.
 #[test]
 fn any_history_keeps_the_old_set_or_the_new() {
     for seed in 0..100 {

@@ -1,4 +1,4 @@
-//! Room: what is erased and when, and what a full page answers.
+//! Room in a page: when pages are erased, and the result of saving into a full page.
 
 use ecss_can::store;
 use ecss_can::store::{Content, Loaded};
@@ -57,7 +57,7 @@ fn a_set_is_as_long_as_announced_and_no_longer_than_the_longest() {
     assert_eq!(after_restart(log.into_flash()), (b"new set".to_vec(), Opened::default()));
 }
 
-/// 08000022h, and the set of before stays.
+/// Given a full page, when a set is saved, then it is refused (08000022h) and the set before stays.
 #[test]
 fn a_full_page_refuses_and_the_next_start_makes_room() {
     let (mut log, _) = open(Flash::erased());
@@ -118,7 +118,7 @@ fn foreign_content_is_erased_once() {
     }
 }
 
-/// These bytes have the CRC FFFF FFFFh, as CRC-32C of 32 ones is FFFF FFFFh.
+/// The CRC of these bytes is FFFF FFFFh, because the CRC-32C of 32 ones is FFFF FFFFh.
 #[test]
 fn a_set_that_looks_erased_comes_back() {
     let (mut log, _) = open(Flash::erased());
@@ -153,7 +153,7 @@ fn the_pages_may_lie_anywhere() {
     assert!(beside.iter().all(|&byte| byte == 0x77));
 }
 
-/// 1010h and 1011h on top, over restarts and a change of pages.
+/// Uses 1010h and 1011h over restarts and a change of pages.
 ///
 /// Verifies: ECSS 6.8a
 /// Notices: ECSS 6.8a: a saved value is lost when the log changes its page.

@@ -44,7 +44,7 @@ async fn main(spawner: Spawner) {
         match events.next().await {
             Event::ResetNode => cortex_m::peripheral::SCB::sys_reset(),
             Event::State(state) => defmt::info!("state {}", state),
-            // The change sends the PDO.
+            // The update sends the PDO when the value changed.
             Event::Pdo(_) | Event::Written(_) => slave.update(Heater::heat),
             _ => {}
         }

@@ -1,7 +1,9 @@
-//! A port over embassy's bxCAN driver in each of its modes, for a test: on CAN1 of a pyboard v1.1 (PB8, PB9) at 1 Mbit/s.
+//! A port over embassy's bxCAN driver in each of its modes, for a test. Runs on CAN1 of a pyboard v1.1 (PB8, PB9) at 1
+//! Mbit/s.
 //!
-//! Off its bus until 10 ms after the start, on it until 20, off it until 30, listening until 40, on it from then on. At 50 ms it leaves
-//! and joins in one step. It logs what it receives, and sends a frame when it joins.
+//! The port is off its bus until 10 ms after the start, on it until 20 ms, off it until 30 ms, listens until 40 ms, and
+//! is on the bus from then on. At 50 ms it leaves and joins in one step. It logs received frames, and sends a frame
+//! when it joins.
 
 #![no_std]
 #![no_main]

@@ -29,7 +29,7 @@ bind_interrupts!(struct Irqs {
     CAN1_SCE => SceInterruptHandler<CAN1>;
 });
 
-/// A driver that has the two methods of the trait, and no others. It stands for the driver of any chip.
+/// A driver that has only the two methods of the trait. It represents the driver of any chip.
 struct Plain(Can<'static>);
 
 impl embedded_can::nb::Can for Plain {
@@ -75,14 +75,14 @@ async fn main(spawner: Spawner) {
         match events.next().await {
             Event::ResetNode => cortex_m::peripheral::SCB::sys_reset(),
             Event::State(state) => defmt::info!("state {}", state),
-            // The change sends the PDO.
+            // The update sends the PDO when the value changed.
             Event::Pdo(_) | Event::Written(_) => slave.update(Heater::heat),
             _ => {}
         }
     }
 }
 
-/// In place of interrupts: three frames, as many as the controller keeps, take 141 µs at least.
+/// Polls in place of interrupts. The controller stores three frames, which take at least 141 µs.
 #[embassy_executor::task]
 async fn poll() {
     let mut ticker = Ticker::every(Duration::from_micros(140));

@@ -13,7 +13,7 @@ use crate::minimal::objects::{
     FixedPdo, MinimalMessage, MinimalTelemetry, bytes, consumer, identity, mapped, message, parameters,
 };
 
-/// Objects of a minimal slave in profile `librecube`. All are as they are hard-coded.
+/// Objects of a minimal slave in profile `librecube`. All values are hard-coded.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct PrototypeObjects {
     /// Device type
@@ -80,7 +80,7 @@ pub struct PrototypeObjects {
 const _: () = assert_minimal::<PrototypeObjects>(&PrototypeMission::PDOS);
 
 impl PrototypeObjects {
-    /// As they are hard-coded in node `id` with this profile.
+    /// Returns the hard-coded values of node `id` with this profile.
     pub fn new(id: NodeId, profile: &Profile) -> PrototypeObjects {
         let mut all = PrototypeObjects::default();
         (all.consumer_heartbeat, all.producer_heartbeat) = consumer(id, profile);

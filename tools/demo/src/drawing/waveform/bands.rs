@@ -1,4 +1,4 @@
-//! Runs of bits that belong together, with the names that text books give them.
+//! Runs of bits of one field, with their usual names.
 
 use can_wire::field::Field;
 use can_wire::time::Time;
@@ -15,12 +15,12 @@ pub(super) struct Band {
     field: Field,
     pub(super) from: Time,
     pub(super) to: Time,
-    /// The bits without stuff bits, first one highest.
+    /// Bits without stuff bits, the first one is the highest.
     value: u64,
     bits: u32,
 }
 
-/// The bands of a lane in the order of time.
+/// Returns the bands of a lane in chronological order.
 pub(super) fn bands(lane: &Lane) -> Vec<Band> {
     let mut bands: Vec<Band> = Vec::new();
     for bit in &lane.bits {
@@ -44,7 +44,7 @@ pub(super) fn bands(lane: &Lane) -> Vec<Band> {
     bands
 }
 
-/// The first field of the run that a bit belongs to; `before` is that of the run before it.
+/// Returns the first field of the run of a bit; `before` is that of the run before it.
 fn run_of(bit: &Bit, before: Option<Field>) -> Field {
     match bit.field {
         Field::Identifier(_) | Field::Extension(_) => Field::Identifier(0),
@@ -68,7 +68,7 @@ fn run_of(bit: &Bit, before: Option<Field>) -> Field {
 }
 
 impl Band {
-    /// Its class in the picture, and its names: the longest first, for as much room as there is.
+    /// Returns its class in the picture, and its names, the longest first, to be chosen by the available room.
     pub(super) fn look(&self) -> (&'static str, Vec<String>) {
         let fixed = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
         let hex = |name: &str, short: &str, width: usize, of: u32| {

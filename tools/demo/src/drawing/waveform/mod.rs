@@ -1,4 +1,4 @@
-//! The picture of a waveform: for every node its fields, what it sends, what it sees and samples, and its events.
+//! The picture of a waveform: for every node its fields, sent levels, received levels and samples, and its events.
 
 mod bands;
 mod notes;
@@ -14,22 +14,22 @@ use crate::drawing::picture::Picture;
 use crate::drawing::scale::{Range, Scale};
 use strip::Strip;
 
-/// Left of the traces: names.
+/// Space left of the traces for names.
 const MARGIN: f64 = 116.0;
-/// Right of them, above and below everything.
+/// Space right of the traces, and above and below the picture.
 const EDGE: f64 = 18.0;
 const TITLE: f64 = 26.0;
 const AXIS: f64 = 38.0;
-/// Between two nodes.
+/// Space between two nodes.
 const SPACE: f64 = 18.0;
 const LEGEND: f64 = 26.0;
 /// Narrowest bit with digits and resynchronisations in numbers, in SVG units.
 const DETAILED: f64 = 9.0;
 
-/// Colours of the picture. It brings its own paper, so that it looks the same on light and on dark ground.
+/// Colours of the picture. It has its own background, so that it looks the same in light and dark mode.
 const SHEETS: &[Sheet] = &[include_str!("waveform.sheet")];
 
-/// How a waveform is drawn.
+/// Options of a drawing.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
     /// Heading; none where it is empty.
@@ -73,10 +73,10 @@ pub fn draw(waveform: &Waveform, options: Options) -> Picture {
     picture
 }
 
-/// Draws a mark of the legend: its left end, and the middle of its height.
+/// Draws a mark of the legend at its left end and the middle of its height.
 type Mark = fn(&mut Picture, f64, f64);
 
-/// The marks of a waveform, and what they mean.
+/// Returns the marks of a waveform and their meaning.
 fn legend(waveform: &Waveform) -> Vec<(Mark, &'static str)> {
     let mut entries: Vec<(Mark, &str)> = vec![
         (|picture, x, y| picture.line("tx", (x, y), (x + 16.0, y)), "what the node sends (up: recessive, 1)"),
@@ -95,7 +95,7 @@ fn legend(waveform: &Waveform) -> Vec<(Mark, &'static str)> {
     entries
 }
 
-/// Times as places, with marks at bit times from the first SOF.
+/// Converts times to positions, with marks at bit times from the first SOF.
 struct Ruler {
     scale: Scale,
     /// SOF of the first frame.
@@ -120,7 +120,7 @@ impl Ruler {
         Ruler { scale, zero, to: waveform.to, bit, is_detailed }
     }
 
-    /// Place of an instant; those outside the span stand at its border.
+    /// Returns the position of an instant; those outside the span are at its border.
     fn x(&self, at: Time) -> f64 {
         self.scale.place(bits(at, self.zero, self.bit))
     }
@@ -142,7 +142,7 @@ impl Ruler {
     }
 }
 
-/// Bit times from `zero` to an instant.
+/// Returns the bit times from `zero` to an instant.
 fn bits(at: Time, zero: Time, bit: Time) -> f64 {
     (at.0 as f64 - zero.0 as f64) / bit.0 as f64
 }

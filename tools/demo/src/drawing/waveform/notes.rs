@@ -1,4 +1,4 @@
-//! What happened to a node, in words at their places.
+//! Events of a node as texts with positions.
 
 use can_wire::controller::{ErrorCounters, ErrorKind, WireEvent};
 use can_wire::time::{TICKS_PER_US, Time};
@@ -13,13 +13,13 @@ pub(super) struct Note {
     pub(super) class: &'static str,
 }
 
-/// Ends of the names of the classes of a note: of `leader`, its line, and of `note`, its words. Of two events at an instant the
-/// greater one counts.
+/// Ends of the names of the classes of a note: of `leader`, its line, and of `note`, its words. Of two events at an
+/// instant the greater class is used.
 const PLAIN: &str = "";
 const ERROR: &str = "-error";
 const SHIFT: &str = "-shift";
 
-/// One note for everything that happened to a node at one instant, in the order of time.
+/// Returns one note for all events of a node at one instant, in chronological order.
 pub(super) fn notes(lane: &Lane) -> Vec<Note> {
     let mut notes: Vec<Note> = Vec::new();
     let mut counters = lane.counters;

@@ -11,9 +11,9 @@ use crate::drawing::layout::text_width;
 use crate::drawing::picture::Picture;
 
 const BAND: f64 = 26.0;
-/// From recessive to dominant.
+/// Height from recessive to dominant.
 const SWING: f64 = 18.0;
-/// Between the traces of a node.
+/// Space between the traces of a node.
 const GAP: f64 = 9.0;
 const DIGITS: f64 = 14.0;
 const NOTE: f64 = 15.0;
@@ -63,7 +63,7 @@ impl Strip<'_> {
         digits + GAP / 2.0 + rows as f64 * NOTE - y
     }
 
-    /// As much of the name of a field as it has room for.
+    /// Draws the longest name of a field for which there is room.
     fn name(&self, picture: &mut Picture, band: &Band) {
         let (from, to) = (self.ruler.x(band.from), self.ruler.x(band.to));
         let (room, x, y) = (to - from, (from + to) / 2.0, self.y + BAND / 2.0);
@@ -75,7 +75,7 @@ impl Strip<'_> {
         }
     }
 
-    /// Levels over time. Recessive is up.
+    /// Draws levels over time. Recessive is up.
     fn trace(&self, picture: &mut Picture, class: &str, changes: &[(Time, bool)], y: f64) {
         let mut points = Vec::new();
         for (from, to, is_recessive) in spans(changes, self.ruler.to) {
@@ -85,7 +85,7 @@ impl Strip<'_> {
         picture.path(class, &points);
     }
 
-    /// Sample point of a bit, its value, and what changed its length or its value.
+    /// Draws the sample point of a bit, its value, and changes of its length or value.
     fn sample(&self, picture: &mut Picture, bit: &Bit, rx: f64) {
         let ruler = self.ruler;
         let x = ruler.x(bit.sample);
@@ -106,10 +106,10 @@ impl Strip<'_> {
         }
     }
 
-    /// Notes below `y`, each in the first row that has room, with a line from `from`. Returns the number of rows.
+    /// Draws the notes below `y`, each in the first row with room, with a line from `from`. Returns the number of rows.
     fn notes(&self, picture: &mut Picture, y: f64, from: f64) -> usize {
         let mut words = Vec::new();
-        // Up to where each row is taken.
+        // End of the used part of each row.
         let mut rows: Vec<f64> = Vec::new();
         for Note { at, text, class } in notes(self.lane) {
             let (x, room) = (self.ruler.x(at), text_width(&text, 11.0) + 8.0);

@@ -1,4 +1,4 @@
-//! What a command does.
+//! Execution of commands.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -19,7 +19,7 @@ use firmware_images::support::node::Node;
 /// (ISO 11898-1 10.4).
 const LAST_BIT: u8 = 131;
 
-/// Does to a spacecraft what it is told.
+/// Executes commands on a spacecraft.
 #[derive(Debug)]
 pub struct Operator {
     boards: BTreeMap<Node, BoardId>,
@@ -28,14 +28,14 @@ pub struct Operator {
     meters: [LoadMeter; 2],
     /// Faults of each bus, nominal first.
     damage: [Damage; 2],
-    /// What the power of a board was switched to last.
+    /// Last switching of each board's power.
     switched: BTreeMap<Node, Switch>,
-    /// It was told to end the run.
+    /// The run was ended by a command.
     pub is_over: bool,
 }
 
 impl Operator {
-    /// Of these boards.
+    /// Makes the operator of these boards.
     pub fn new(boards: BTreeMap<Node, BoardId>) -> Operator {
         Operator {
             boards,
@@ -47,7 +47,7 @@ impl Operator {
         }
     }
 
-    /// What was on the wires.
+    /// Observes an event of the wires.
     pub fn observe(&mut self, record: &WireRecord) {
         self.heartbeats.observe(record);
         if let Some(nth) = Bus::ALL.iter().position(|bus| *bus == record.bus) {
@@ -55,21 +55,21 @@ impl Operator {
         }
     }
 
-    /// All that happened until `now` was observed.
+    /// Advances to `now`, up to which all events were observed.
     pub fn advance(&mut self, now: Time) {
         self.meters.iter_mut().for_each(|meter| meter.advance(now));
     }
 
-    /// Loads of each bus, nominal first, when the flight ends at `now`.
+    /// Ends the measurement at `now`. Returns the loads of each bus, nominal first.
     pub fn conclude(&mut self, now: Time) -> &[LoadMeter; 2] {
         self.meters.iter_mut().for_each(|meter| meter.finish(now));
         &self.meters
     }
 
-    /// Obeys a line; what there is to say of it. A command that changes nothing is answered with "already".
+    /// Executes a line and returns the response. A command that changes nothing is answered with "already".
     ///
     /// # Errors
-    /// When it is no command, or one that cannot be obeyed: why.
+    /// When it is no command, or one that cannot be executed: the reason.
     pub fn obey(&mut self, line: &str, spacecraft: &mut Spacecraft) -> Result<String, String> {
         let command = match line.parse::<Command>() {
             Ok(command) => command,
@@ -188,7 +188,7 @@ impl Operator {
         }
     }
 
-    /// Whether a board has power. What was commanded last comes first: the spacecraft follows a moment later.
+    /// Returns whether a board has power by the last command, which the spacecraft executes a moment later.
     fn is_powered(&self, spacecraft: &Spacecraft, node: Node) -> Result<bool, String> {
         let board = self.board(node)?;
         let switched = self.switched.get(&node).map(|to| *to == Switch::On);
@@ -204,7 +204,8 @@ impl Operator {
         }
     }
 
-    /// Where the nodes of a bus are, metres from the master's end, ascending: its boards, and that of the clients.
+    /// Returns the positions of the nodes of a bus, metres from the master's end, ascending: its boards, and the node
+    /// of the clients.
     fn places(&self, spacecraft: &Spacecraft, bus: Bus) -> Vec<f64> {
         let is_here = |node: &Node| self.index(spacecraft, bus, *node).is_ok();
         let boards = self.boards.iter().filter(|(node, _)| is_here(node));
@@ -218,7 +219,7 @@ impl Operator {
         &mut self.damage[bus as usize]
     }
 
-    /// Boards, buses and what is wrong with them.
+    /// Returns the state of boards and buses with their faults.
     fn status(&self, spacecraft: &Spacecraft) -> String {
         let mut text = self.heartbeats.status(&self.boards, spacecraft);
         let is_off = |board: BoardId| !spacecraft.board(board).is_powered();

@@ -8,41 +8,41 @@ use firmware_images::support::node::Node;
 
 use super::{Level, Payload};
 
-/// Faults of one bus. Places are metres from the master's end.
+/// Faults of one bus. Positions are metres from the master's end.
 #[derive(Debug, Default)]
 pub struct Damage {
     /// Breaks of the cable, ascending.
     pub cuts: Vec<f64>,
-    /// Shorts of the cable; at one place the last one counts.
+    /// Shorts of the cable; at one position the last one counts.
     pub shorts: Vec<(f64, Level)>,
     /// Frame that a board sends whenever the bus is free.
     pub babbling: BTreeMap<Node, WireFrame>,
 }
 
 impl Damage {
-    /// Whether the cable is broken there; `None`: anywhere.
+    /// Returns whether the cable is broken at a position; `None`: anywhere.
     pub fn is_cut(&self, metres: Option<f64>) -> bool {
         metres.map_or(!self.cuts.is_empty(), |metres| self.cuts.contains(&metres))
     }
 
-    /// The cable breaks.
+    /// Adds a break of the cable.
     pub fn cut(&mut self, metres: f64) {
         self.cuts.push(metres);
         self.cuts.sort_by(f64::total_cmp);
     }
 
-    /// The break there is repaired, or every one.
+    /// Removes the break at a position, or all breaks.
     pub fn heal(&mut self, metres: Option<f64>) {
         self.cuts.retain(|cut| metres.is_some_and(|metres| *cut != metres));
     }
 
-    /// The short that holds the piece of cable at this place: of several, the last one.
+    /// Returns the short of the piece of cable at this position: of several, the last one.
     pub fn short_of_piece(&self, metres: f64) -> Option<(f64, Level)> {
         let piece = |metres: f64| self.cuts.partition_point(|cut| *cut <= metres);
         self.shorts.iter().rev().find(|(at, _)| piece(*at) == piece(metres)).copied()
     }
 
-    /// The bus is held at a level.
+    /// Adds a short that holds the bus at a level.
     pub fn short(&mut self, metres: f64, level: Level) {
         self.shorts.retain(|(at, _)| *at != metres);
         self.shorts.push((metres, level));

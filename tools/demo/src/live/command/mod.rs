@@ -1,4 +1,4 @@
-//! Commands to a spacecraft that flies: typed, or over the control port.
+//! Commands to a running spacecraft: typed, or over the control port.
 
 mod act;
 mod damage;
@@ -97,12 +97,12 @@ pub enum Command {
     Quit,
 }
 
-/// Why a line is no command.
+/// Reason why a line is no command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NoCommand {
-    /// It asks for help: this text.
+    /// It requests help: this text.
     Help(String),
-    /// What is wrong, and what is allowed.
+    /// The error, and the allowed values.
     Mistake(String),
 }
 
@@ -121,7 +121,7 @@ impl FromStr for Command {
     }
 }
 
-/// A bus on the command line.
+/// Returns the parser of a bus on the command line.
 fn bus() -> impl TypedValueParser<Value = Bus> {
     let named = |name: String| Bus::ALL.into_iter().find(|bus| bus.name() == name).expect("a possible value");
     PossibleValuesParser::new(Bus::ALL.map(Bus::name)).map(named)

@@ -24,7 +24,7 @@ struct Heartbeat {
 }
 
 impl Heartbeats {
-    /// What was on the wires.
+    /// Observes an event of the wires.
     pub fn observe(&mut self, record: &WireRecord) {
         let Observation::Completed { trace, .. } = &record.record else { return };
         let (node, state) = match Meaning::decode(&trace.frame, Scope::Protocol) {
@@ -35,7 +35,7 @@ impl Heartbeats {
         self.0.insert(node, Heartbeat { at: trace.end, bus: record.bus, state });
     }
 
-    /// The table.
+    /// Returns the table.
     pub fn status(&self, boards: &BTreeMap<Node, BoardId>, spacecraft: &Spacecraft) -> String {
         let mut table = String::from(
             "node  place    power  last heartbeat                      TEC/REC nominal  redundant",

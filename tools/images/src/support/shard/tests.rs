@@ -119,7 +119,7 @@ fn file_that_is_no_part_is_named_and_its_shard_is_missing() {
     assert!(error.contains("3.json: shard 3 of 2"), "{error}");
 }
 
-/// Given the part of an earlier run, when a shard prepares and dies, then no part is left.
+/// Given the part of an earlier run, when a shard prepares and fails, then no part is left.
 #[test]
 fn preparing_removes_the_part_of_an_earlier_run() {
     let parts = Parts::new();

@@ -1,4 +1,4 @@
-//! Sectors of the main memory and how long they take.
+//! Sectors of the main memory and the duration of operations.
 //!
 //! Times are those of DS8626 and DS10693, tables "Flash memory programming": erasing goes by the parallelism in PSIZE,
 //! programming takes the same for a byte and a word.
@@ -48,7 +48,7 @@ pub fn sector_of(part: Part, offset: u32) -> Option<u32> {
     (0..2 * IN_BANK).find(|number| sector(part, *number).is_some_and(|sector| sector.contains(&offset)))
 }
 
-/// How long programming and erasing take.
+/// Duration of programming and erasing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FlashSpeed {
     /// The typical times: 16 us for a word.

@@ -1,9 +1,9 @@
 //! FLASH: the interface in front of the program memory, which programs and erases it.
 //!
 //! RM0090 chapter 3. Modelled: the keys, programming at x8, x16 and x32, sector erase, write protection, flags and
-//! interrupt, option bytes. Not modelled, and refused: mass erase, x64. What ACR makes of the core's reads is in
-//! [`accelerator`](crate::accelerator). The content is the core's memory; what an operation makes of it, the board puts
-//! there when the operation ends.
+//! interrupt, option bytes. Not modelled, and refused: mass erase, x64. The effect of ACR on reads is in
+//! [`accelerator`](crate::accelerator). The content is in the core's memory; the board changes it when an operation
+//! ends.
 
 mod geometry;
 mod options;
@@ -41,7 +41,7 @@ const PGAERR: u32 = 1 << 5;
 const PGPERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
 const BSY: u32 = 1 << 16;
-/// Cleared by writing one.
+/// Flags that are cleared by writing one.
 const SR_FLAGS: u32 = EOP | OPERR | 0xF << 4;
 
 const PG: u32 = 1 << 0;
@@ -56,26 +56,26 @@ const ERRIE: u32 = 1 << 25;
 const LOCK: u32 = 1 << 31;
 const CR_BITS: u32 = PG | SER | MER | 0xF << 3 | 0b11 << 8 | EOPIE | ERRIE | LOCK;
 
-/// What an operation makes of the content, by offsets from 0800 0000h.
+/// Change of the content by an operation, with offsets from 0800 0000h.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// These bits go to zero where they are zero here.
+    /// Clears the bits that are zero in `value`.
     Program {
         /// First byte.
         offset: u32,
-        /// How many bytes.
+        /// Width of the access.
         width: Width,
         /// The bits.
         value: u32,
     },
-    /// All bits go to one.
+    /// Sets all bits to one.
     Erase(Range<u32>),
-    /// The option bytes take what OPTCR holds; the memory stays as it is.
+    /// Programs the option bytes from OPTCR; the memory does not change.
     Options,
 }
 
 impl Change {
-    /// The bytes that change.
+    /// Returns the range of the bytes that change.
     pub fn range(&self) -> Range<u32> {
         match self {
             Change::Program { offset, width, .. } => *offset..*offset + width.bytes(),
@@ -84,7 +84,7 @@ impl Change {
         }
     }
 
-    /// Makes the new content of the old one.
+    /// Changes the content.
     pub fn apply(&self, content: &mut [u8]) {
         match self {
             Change::Program { value, .. } => {
@@ -96,7 +96,7 @@ impl Change {
     }
 }
 
-/// One lock and what was written to its key register.
+/// State of a lock and its key register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Keys {
     /// Waits for the first key.
@@ -104,12 +104,12 @@ enum Keys {
     /// Waits for the second.
     Half,
     Unlocked,
-    /// A wrong key came: closed until the next reset.
+    /// A wrong key was written: locked until the next reset.
     Shut,
 }
 
 impl Keys {
-    /// Anything but the two keys in their order is a bus error and shuts the lock (RM0090 3.6.1).
+    /// Writes a key. Any sequence other than the two keys in order is a bus error and locks until reset (RM0090 3.6.1).
     fn turn(&mut self, keys: [u32; 2], key: u32) -> Result<(), Refusal> {
         *self = match *self {
             Keys::Locked if key == keys[0] => Keys::Half,
@@ -120,7 +120,7 @@ impl Keys {
     }
 }
 
-/// The registers and the operation under way.
+/// The registers and the operation in progress.
 #[derive(Clone, Debug)]
 pub struct Flash {
     part: Part,
@@ -152,7 +152,7 @@ impl Flash {
         }
     }
 
-    /// Any reset of the chip.
+    /// Resets the registers, for any reset of the chip.
     pub fn reset(&mut self) {
         let mut options = self.options.clone();
         options.reset();
@@ -172,7 +172,7 @@ impl Flash {
         })
     }
 
-    /// What bytes that a narrow store leaves out stand for: nothing where writing a one acts.
+    /// Returns the value of the bytes that a narrow store does not write: zero where writing a one has an effect.
     pub fn kept(&self, offset: u32) -> Option<u32> {
         match offset {
             SR => Some(0),
@@ -223,7 +223,7 @@ impl Flash {
     }
 
     fn write_cr(&mut self, now: Time, value: u32) -> Result<(), Refusal> {
-        // While BSY is set the real bus waits for its end; no program should let it.
+        // While BSY is set the real bus waits for its end, which no program should rely on.
         if !self.is_unlocked() || self.operation.is_some() {
             return Err(Refusal::Misuse);
         }
@@ -265,7 +265,7 @@ impl Flash {
         Ok(())
     }
 
-    /// A store to the memory itself, at `offset` from 0800 0000h. Wrong sequences, widths and places raise their flags.
+    /// Stores to the memory itself, at `offset` from 0800 0000h. Wrong sequences, widths and addresses set their flags.
     ///
     /// # Errors
     /// [`Refusal::Misuse`] while the interface is locked or busy: a stray store.
@@ -298,12 +298,12 @@ impl Flash {
         }
     }
 
-    /// A debug probe leaves error flags; bits as in SR.
+    /// Sets error flags as left by a debug probe; bits as in SR.
     pub fn leave_errors(&mut self, sr: u32) {
         self.sr |= sr & SR_FLAGS;
     }
 
-    /// A debug probe programs the option bytes; bits as in OPTCR.
+    /// Programs the option bytes as a debug probe does; bits as in OPTCR.
     pub fn set_options(&mut self, optcr: u32) {
         self.options.set(optcr);
     }
@@ -313,7 +313,7 @@ impl Flash {
         self.options.memory(offset)
     }
 
-    /// Whether the option bytes choose a level of the brown-out reset, and let every reset start the watchdog.
+    /// Returns whether the option bytes select a brown-out level, and whether every reset starts the watchdog.
     pub fn watches(&self) -> (bool, bool) {
         (self.options.watches_supply(), self.options.starts_watchdog())
     }
@@ -323,7 +323,8 @@ impl Flash {
         self.operation.as_ref()
     }
 
-    /// Ends the operation under way; its change now holds, that of option bytes only when it is `complete`.
+    /// Ends the operation in progress and returns its change. A change of option bytes takes effect only if it is
+    /// `complete`.
     pub fn finish(&mut self, complete: bool) -> Option<Change> {
         let (change, _) = self.operation.take()?;
         if complete && change == Change::Options {
@@ -335,7 +336,7 @@ impl Flash {
         Some(change)
     }
 
-    /// The interrupt line: EOP and OPERR exist only where they are enabled.
+    /// Returns the interrupt line. EOP and OPERR are set only if they are enabled.
     pub fn irq(&self) -> bool {
         self.sr & EOP != 0 && self.cr & EOPIE != 0 || self.sr & OPERR != 0 && self.cr & ERRIE != 0
     }

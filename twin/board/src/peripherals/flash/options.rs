@@ -1,10 +1,10 @@
 //! Option bytes: BOR level, watchdog of hardware, protections (RM0090 3.7, RM0390 3.5).
 //!
-//! OPTCR has them as they were loaded by the last reset or programmed since; a store changes OPTCR alone until OPTSTRT programs it.
-//! Their time is not published: it is that of the smallest sector. An operation that is cut off leaves the old ones. What level 1
-//! of the read-out protection withholds from a debugger is not modelled; going back from it erases the memory and is refused,
-//! as is level 2, which no part ever leaves. The second bank of a part with 2 MiB (OPTCR1), DB1M and BFB2 are refused: no sector of
-//! that bank is protected.
+//! OPTCR has them as they were loaded by the last reset or programmed since; a store changes OPTCR alone until OPTSTRT
+//! programs it. Their time is not published: it is that of the smallest sector. An interrupted operation leaves the old
+//! ones. The effect of read-out protection level 1 on a debugger is not modelled. Leaving level 1 erases the memory and
+//! is refused, as is level 2, which cannot be left. The second bank of a part with 2 MiB (OPTCR1), DB1M and BFB2 are
+//! refused: no sector of that bank is protected.
 
 use super::geometry::{IN_BANK, sectors};
 use super::{Keys, Refusal};
@@ -23,7 +23,7 @@ const LEVEL_2: u32 = 0xCC;
 /// The option bytes and their registers.
 #[derive(Clone, Debug)]
 pub(super) struct Options {
-    /// What the memory holds, bits as in OPTCR.
+    /// Content of the memory, bits as in OPTCR.
     stored: u32,
     optcr: u32,
     keys: Keys,
@@ -36,18 +36,18 @@ impl Default for Options {
 }
 
 impl Options {
-    /// A reset loads them.
+    /// Loads the option bytes, at a reset.
     pub fn reset(&mut self) {
         (self.optcr, self.keys) = (self.stored, Keys::Locked);
     }
 
-    /// A debug probe programs them.
+    /// Programs the option bytes as a debug probe does.
     pub fn set(&mut self, optcr: u32) {
         self.stored = optcr & BITS;
         self.optcr = self.stored;
     }
 
-    /// A store to OPTKEYR.
+    /// Stores to OPTKEYR.
     pub fn turn(&mut self, key: u32) -> Result<(), Refusal> {
         const KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
         self.keys.turn(KEYS, key)
@@ -59,7 +59,7 @@ impl Options {
         self.optcr | lock | if is_busy { OPTSTRT } else { 0 }
     }
 
-    /// A store to OPTCR. Whether it starts the programming.
+    /// Stores to OPTCR. Returns whether it starts the programming.
     pub fn write(&mut self, part: Part, value: u32) -> Result<bool, Refusal> {
         if self.keys != Keys::Unlocked {
             return Err(Refusal::Misuse);
@@ -84,12 +84,12 @@ impl Options {
         }
     }
 
-    /// The programming has ended.
+    /// Completes the programming.
     pub fn program(&mut self) {
         self.stored = self.optcr;
     }
 
-    /// What the memory shows at `offset` from 1FFF C000h: the low half-words, and ones above them.
+    /// Returns the memory at `offset` from 1FFF C000h: the low half-words, with ones above them.
     pub fn memory(&self, offset: u32) -> Option<u32> {
         // The lowest bits are not used and read 01b (RM0090 table 14).
         match offset {
@@ -100,17 +100,17 @@ impl Options {
         }
     }
 
-    /// nWRP of a sector is clear.
+    /// Returns whether nWRP of a sector is clear.
     pub fn protects(&self, sector: u32) -> bool {
         sector < IN_BANK && self.stored >> (16 + sector) & 1 == 0
     }
 
-    /// A level of the brown-out reset is chosen.
+    /// Returns whether a brown-out level is selected.
     pub fn watches_supply(&self) -> bool {
         self.stored >> 2 & 0b11 != BOR_OFF
     }
 
-    /// Every reset starts the watchdog.
+    /// Returns whether every reset starts the watchdog.
     pub fn starts_watchdog(&self) -> bool {
         self.stored & WDG_SW == 0
     }

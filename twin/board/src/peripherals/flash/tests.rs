@@ -40,7 +40,7 @@ fn a_wrong_key_shuts_the_lock_until_reset() {
     }
 }
 
-/// With the option bytes unlocked.
+/// Makes a flash with the option bytes unlocked.
 fn with_options(part: Part) -> Flash {
     let mut flash = unlocked(part);
     flash.write(NOW, OPTKEYR, 0x0819_2A3B).unwrap();
@@ -48,7 +48,7 @@ fn with_options(part: Part) -> Flash {
     flash
 }
 
-/// RM0090 3.7.2: what is written to OPTCR holds from OPTSTRT on; a reset loads what was programmed.
+/// RM0090 3.7.2: a value written to OPTCR takes effect with OPTSTRT; a reset loads the programmed value.
 #[test]
 fn option_bytes_are_programmed_by_their_start_bit() {
     let mut flash = Flash::new(part("STM32F405RG"), FlashSpeed::Typical);
@@ -79,7 +79,7 @@ fn option_bytes_that_are_cut_off_stay_as_they_were() {
     assert_eq!((flash.read(OPTCR), flash.watches()), (Some(0x0FFF_AAED), (false, false)));
 }
 
-/// Sector 2: neither programmed nor erased, WRPERR instead. Others are.
+/// Sector 2 is neither programmed nor erased and sets WRPERR; other sectors are.
 #[test]
 fn a_protected_sector_raises_its_flag() {
     let mut flash = with_options(part("STM32F405RG"));
@@ -127,7 +127,7 @@ fn a_word_takes_16_us_and_clears_bits_only() {
     assert_eq!(flash.read(SR), Some(0), "EOP shows only where its interrupt is enabled");
 }
 
-/// DS8626 table 40: 100 us for a word, 2 s for 128 KiB at x32, whatever resets come between.
+/// DS8626 table 40: 100 us for a word, 2 s for 128 KiB at x32, also after resets.
 #[test]
 fn the_slowest_flash_takes_the_longest_times_of_the_data_sheet() {
     let mut flash = unlocked(part("STM32F405RG"));
@@ -229,8 +229,8 @@ fn sectors_lie_where_the_manual_puts_them() {
     }
 }
 
-/// Given a part with two banks, then what is not modelled of them is refused: mass erase (MER1), DB1M, BFB2 and the protection of the second
-/// bank.
+/// Given a part with two banks, then operations that are not modelled are refused: mass erase (MER1), DB1M, BFB2 and
+/// the protection of the second bank.
 #[test]
 fn operations_on_whole_banks_are_refused() {
     for bits in [MER1, MER | MER1] {

@@ -1,13 +1,13 @@
 //! I2C1 to I2C3 as bus masters.
 //!
 //! RM0090 chapter 27, RM0390 chapter 24. Modelled: START, repeated START and STOP, 7-bit addresses, transmission and
-//! reception with their double buffer, acknowledgement with POS and LAST, SB, ADDR, BTF, RXNE, TXE, AF and BUSY with the
-//! sequences that clear them, clock stretching, the speed by CCR, interrupts, DMA requests, software reset. Not modelled,
-//! and refused: SMBus and packet error checking, 10-bit addresses. Nobody addresses it as a slave; a second master, bus errors
-//! and SDA held low by a device do not occur. START and STOP take half a period each.
+//! reception with their double buffer, acknowledgement with POS and LAST, SB, ADDR, BTF, RXNE, TXE, AF and BUSY with
+//! the sequences that clear them, clock stretching, the speed by CCR, interrupts, DMA requests, software reset. Not
+//! modelled, and refused: SMBus and packet error checking, 10-bit addresses. It is never addressed as a slave. A second
+//! master, bus errors and SDA held low by a device do not occur. START and STOP take half a period each.
 //!
-//! Without a device there is no pull-up: the lines stay low unless the program has switched on those of the chip, the bus
-//! shows busy, and a START waits for ever.
+//! Without a device there is no pull-up: the lines stay low unless the program has enabled the pull-ups of the chip,
+//! the bus is busy, and a START waits for ever.
 
 use crate::devices::I2cDevice;
 use crate::mmio::Refusal;
@@ -46,7 +46,7 @@ const BTF: u32 = 1 << 2;
 const RXNE: u32 = 1 << 6;
 const TXE: u32 = 1 << 7;
 const AF: u32 = 1 << 10;
-/// Cleared by writing 0: BERR, ARLO, AF, OVR, PECERR, TIMEOUT, SMBALERT.
+/// Flags that are cleared by writing 0: BERR, ARLO, AF, OVR, PECERR, TIMEOUT, SMBALERT.
 const ERRORS: u32 = 0xDF00;
 /// SR2.
 const MSL: u32 = 1 << 0;
@@ -58,20 +58,20 @@ const DUTY: u32 = 1 << 14;
 /// SCL periods of a byte and its acknowledgement.
 const BYTE_PERIODS: u64 = 9;
 
-/// What happens on the bus. `end` is the cycle at which it is over.
+/// Phase of the bus. `end` is the cycle at which it ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     Idle,
     Starting {
         end: u64,
     },
-    /// SB: the program owes the address.
+    /// SB: waits for the program to write the address.
     Started,
     Addressing {
         end: u64,
         byte: u8,
     },
-    /// ADDR: the program owes the sequence that clears it.
+    /// ADDR: waits for the program's sequence that clears it.
     Addressed {
         read: bool,
     },
@@ -109,12 +109,12 @@ pub struct I2c {
     sr1: u32,
     is_master: bool,
     is_transmitter: bool,
-    /// Flags that the last load of SR1 showed.
+    /// Flags read by the last load of SR1.
     shown: u32,
     phase: Phase,
-    /// A received byte that outlived STOP or a repeated START in the shift register.
+    /// A received byte that remained in the shift register after STOP or a repeated START.
     left_over: Option<u8>,
-    /// POS: what the next byte is answered with.
+    /// POS: acknowledgement of the next byte.
     latched_ack: bool,
     /// LAST: the next byte is the last.
     nack_next: bool,
@@ -126,7 +126,7 @@ pub struct I2c {
     pub divider: u64,
     pub pclk: u64,
     pub devices: Vec<Box<dyn I2cDevice>>,
-    /// Those that acknowledged the address.
+    /// Devices that acknowledged the address.
     selected: Vec<usize>,
 }
 
@@ -163,13 +163,13 @@ impl I2c {
         }
     }
 
-    /// RCC or a system reset. The devices see the bus released.
+    /// Resets the controller, by RCC or a system reset. The devices see the bus released.
     pub fn reset(&mut self) {
         self.release();
         *self = I2c::with(self.divider, self.pclk, std::mem::take(&mut self.devices));
     }
 
-    /// Whether it takes part in anything.
+    /// Returns whether the interface is enabled.
     pub fn is_enabled(&self) -> bool {
         self.cr1 & PE != 0
     }
@@ -180,7 +180,7 @@ impl I2c {
         self.selected.clear();
     }
 
-    /// How its pins are set up: SCL and SDA reach the bus; the chip's pull-ups are on.
+    /// Sets the state of its pins. `routed`: SCL and SDA reach the bus. `pulled_up`: the chip's pull-ups are on.
     pub fn set_pins(&mut self, cycle: u64, routed: bool, pulled_up: bool) {
         (self.routed, self.pulled_up) = (routed, pulled_up);
         self.proceed(cycle);
@@ -206,7 +206,7 @@ impl I2c {
         self.half() * halves * BYTE_PERIODS
     }
 
-    /// When what goes on on the bus is over.
+    /// Returns the cycle at which the present phase of the bus ends.
     pub fn next_event(&self) -> Option<u64> {
         match self.phase {
             Phase::Starting { end }
@@ -218,7 +218,7 @@ impl I2c {
         }
     }
 
-    /// Does what happened until `cycle`.
+    /// Simulates the bus until `cycle`.
     pub fn catch_up(&mut self, cycle: u64) {
         while let Some(end) = self.next_event().filter(|end| *end <= cycle) {
             self.end_phase(end);
@@ -272,19 +272,19 @@ impl I2c {
         }
     }
 
-    /// No device acknowledges.
+    /// Handles a missing acknowledgement.
     fn fail(&mut self) {
         self.sr1 |= AF;
         self.phase = Phase::Held;
     }
 
-    /// A byte goes from DR to the shift register.
+    /// Moves a byte from DR to the shift register.
     fn send(&mut self, cycle: u64) {
         self.sr1 = self.sr1 & !BTF | TXE;
         self.phase = Phase::Sending { end: cycle + self.byte(), byte: self.dr };
     }
 
-    /// A byte has come. Open-drain lines carry the AND of all that send.
+    /// Receives a byte. Open-drain lines carry the AND of all senders.
     fn receive(&mut self, cycle: u64) {
         let devices = &mut self.devices;
         let byte = self.selected.iter().fold(0xFF, |byte, &n| byte & devices[n].read());
@@ -338,7 +338,7 @@ impl I2c {
         self.phase = Phase::Idle;
     }
 
-    /// Lines of the event and the error interrupt.
+    /// Returns the lines of the event and the error interrupt.
     pub fn irqs(&self) -> [bool; 2] {
         let on = |enable: u32| self.cr2 & enable != 0;
         let buffers = if on(ITBUFEN) { TXE | RXNE } else { 0 };
@@ -346,7 +346,7 @@ impl I2c {
         [event, on(ITERREN) && self.sr1 & ERRORS != 0]
     }
 
-    /// Whether it asks for a byte to send by DMA.
+    /// Returns whether it requests a byte to send by DMA.
     pub fn asks_to_send(&self) -> bool {
         self.cr2 & DMAEN != 0
             && self.sr1 & TXE != 0
@@ -358,7 +358,7 @@ impl I2c {
         self.cr2 & DMAEN != 0 && self.sr1 & RXNE != 0
     }
 
-    /// DMA has moved the last byte but one: with LAST the next one is not acknowledged (RM0090 27.3.7).
+    /// Handles the last but one byte moved by DMA: with LAST the next one is not acknowledged (RM0090 27.3.7).
     pub fn last_but_one_moved(&mut self) {
         self.nack_next = self.cr2 & LAST != 0;
     }
@@ -427,7 +427,7 @@ impl I2c {
     ///
     /// # Errors
     /// [`Refusal::Unmodelled`] for what is not modelled, [`Refusal::Misuse`] for an enable with a speed that the manual
-    /// forbids and for an address without a look at SB.
+    /// forbids and for an address written before SB was read.
     pub fn write(&mut self, cycle: u64, offset: u32, value: u32) -> Result<(), Refusal> {
         self.catch_up(cycle);
         let value = value & 0xFFFF;
@@ -459,7 +459,7 @@ impl I2c {
             return Err(Refusal::Unmodelled);
         }
         if value & PE == 0 {
-            // What is under way is dropped, and so are the flags.
+            // Drops the transfer in progress and the flags.
             self.release();
             self.sr1 = 0;
             self.cr1 = value & !(START | STOP | ACK);

@@ -8,15 +8,15 @@ use super::Clocks;
 use crate::devices::I2cDevice;
 pub use bus::I2c;
 
-/// NVIC inputs of each, event and error (RM0090 table 61).
+/// NVIC inputs of I2C1 to I2C3, event and error (RM0090 table 61).
 const IRQS: [[u16; 2]; 3] = [[31, 32], [33, 34], [72, 73]];
 
-/// All three.
+/// I2C1 to I2C3.
 #[derive(Clone, Debug, Default)]
 pub struct Buses(pub [I2c; 3]);
 
 impl Buses {
-    /// A reset of the whole part.
+    /// Resets all three with the whole part.
     pub fn reset(&mut self) {
         self.0.iter_mut().for_each(I2c::reset);
     }
@@ -25,17 +25,17 @@ impl Buses {
         self.0.iter_mut().flat_map(|i2c| &mut i2c.devices)
     }
 
-    /// Power comes up, for the devices as well.
+    /// Handles power-on, also of the devices.
     pub fn power_on(&mut self) {
         self.devices().for_each(|device| device.power_on());
     }
 
-    /// The temperature of the devices from now on, °C.
+    /// Sets the temperature of the devices, in °C.
     pub fn set_temperature(&mut self, celsius: f64) {
         self.devices().for_each(|device| device.set_temperature(celsius));
     }
 
-    /// The clock tree has changed at `cycle`.
+    /// Handles a change of the clock tree at `cycle`.
     pub fn set_clocks(&mut self, cycle: u64, clocks: Clocks) {
         let Clocks { hclk, apb1_divider, .. } = clocks;
         for i2c in &mut self.0 {
@@ -44,7 +44,7 @@ impl Buses {
         }
     }
 
-    /// Does what happened until `cycle`; sets the lines of the NVIC.
+    /// Simulates the buses until `cycle` and sets the lines of the NVIC.
     pub fn irqs(&mut self, cycle: u64, mut set: impl FnMut(u16, bool)) {
         for (i2c, irqs) in self.0.iter_mut().zip(IRQS).filter(|(i2c, _)| i2c.is_enabled()) {
             i2c.catch_up(cycle);
@@ -54,7 +54,7 @@ impl Buses {
         }
     }
 
-    /// The cycle at which something next changes.
+    /// Returns the cycle of the next change.
     pub fn next_event(&self) -> Option<u64> {
         self.0.iter().filter_map(I2c::next_event).min()
     }

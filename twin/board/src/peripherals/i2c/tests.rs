@@ -1,4 +1,4 @@
-//! I2C as a program meets it, register by register.
+//! I2C as a program accesses it, register by register.
 
 use crate::devices::Lm75;
 use crate::mmio::{Refusal, Width};
@@ -36,7 +36,7 @@ fn with(device: Option<Lm75>) -> Bench {
     bench
 }
 
-/// START, address, and the load of SR2 that ends it.
+/// Sends START and address, and loads SR2, which clears ADDR.
 fn select(bench: &mut Bench, address: u32, cr1: u32) {
     bench.write(CR1, cr1 | START);
     bench.cycle += PERIOD / 2;
@@ -116,7 +116,7 @@ fn two_bytes_are_received_by_pos_and_btf() {
     assert_eq!((bench.read(DR), bench.read(SR1)), (0x80, 0));
 }
 
-/// A byte that is not fetched stretches the clock: the third one waits.
+/// A byte that is not read stretches the clock: the third one waits.
 #[test]
 fn a_slow_program_stretches_the_clock() {
     let mut bench = with(Some(Lm75::new(0x48, 25.5)));
@@ -169,7 +169,8 @@ fn events_raise_their_line_where_enabled() {
     assert_eq!(bench.irqs(), [31]);
 }
 
-/// Without a device nothing pulls the lines up; the chip's own pull-ups do, and then nobody acknowledges.
+/// Without a device the lines have no pull-ups and no START ends. With the chip's own pull-ups it ends, and no device
+/// acknowledges.
 #[test]
 fn without_a_pull_up_no_start_ends() {
     let mut bench = with(None);
@@ -243,7 +244,7 @@ fn a_software_reset_releases_the_bus() {
     }
 }
 
-/// Two devices on one bus: the address selects.
+/// Given two devices on one bus, then the address selects one.
 #[test]
 fn only_the_addressed_device_answers() {
     let mut bench = with(Some(Lm75::new(0x48, 25.0)));

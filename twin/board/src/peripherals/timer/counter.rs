@@ -1,6 +1,6 @@
 //! The time base of a timer: prescaler, counter, auto-reload, upwards.
 //!
-//! RM0090 18.3.1 and 18.3.2. Nothing is stepped: the count follows from the cycle when somebody looks.
+//! RM0090 18.3.1 and 18.3.2. The count is computed from the cycle when it is read; nothing is stepped.
 
 /// Prescaler and reload with their buffers, and the counter's anchor.
 #[derive(Clone, Debug)]
@@ -8,7 +8,7 @@ pub(super) struct Counter {
     /// PSC and ARR as written.
     pub(super) psc: u32,
     pub(super) arr: u32,
-    /// Those in effect.
+    /// Prescaler and reload in effect.
     active_psc: u32,
     active_arr: u32,
     pub(super) running: bool,
@@ -48,7 +48,7 @@ impl Counter {
         if self.running { cycle.saturating_sub(self.anchor_cycle) / self.count_cycles() } else { 0 }
     }
 
-    /// The count at `cycle`, which may lie before the anchor: then as if it had run at its present pace.
+    /// Returns the count at `cycle`. For a cycle before the anchor the present rate is assumed.
     pub(super) fn count(&self, cycle: u64) -> u32 {
         let period = self.period();
         let back = match self.anchor_cycle.checked_sub(cycle) {
@@ -58,7 +58,7 @@ impl Counter {
         ((u64::from(self.anchor_count) + period - back + self.counts(cycle)) % period) as u32
     }
 
-    /// The count at `cycle` with the part of the next one that has passed.
+    /// Returns the count at `cycle` with its fraction.
     pub(super) fn exact(&self, cycle: u64) -> f64 {
         let pace = self.count_cycles();
         let since = i128::from(cycle) - i128::from(self.anchor_cycle);
@@ -92,7 +92,7 @@ impl Counter {
         (self.active_psc, self.active_arr) != (self.psc, self.arr)
     }
 
-    /// The update event at `cycle`: back to zero, buffers take effect.
+    /// Executes the update event at `cycle`: the count returns to zero, buffered values take effect.
     pub(super) fn update(&mut self, cycle: u64) {
         self.anchor_cycle = cycle;
         self.anchor_count = 0;
@@ -100,7 +100,7 @@ impl Counter {
         self.active_arr = self.arr;
     }
 
-    /// Moves the anchor to the last count at or before `cycle`, before the pace changes.
+    /// Moves the anchor to the last count at or before `cycle`, before the rate changes.
     fn anchor(&mut self, cycle: u64) {
         let counts = self.counts(cycle);
         self.anchor_count = self.count(cycle);

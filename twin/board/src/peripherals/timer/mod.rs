@@ -1,13 +1,14 @@
 //! Timers that count up, compare, capture, drive pins and start each other.
 //!
 //! RM0090 chapter 18. Modelled: prescaler and auto-reload with their buffers, URS, UDIS, UG, one-pulse mode, update and
-//! compare flags, all output modes, input capture with polarity, prescaler and overcapture, interrupts, DMA requests of the
-//! channels; OCxREF and UG as trigger output, trigger mode as slave mode. A capture takes the count of the edge's own cycle:
-//! the two timer clocks of the input synchroniser are left out, being the same for every edge. Not modelled, and refused:
-//! counting down or centre-aligned, other slave modes and trigger outputs, TI1 as XOR, TRC, the input filter (ICxF), OCxFE
-//! and OCxCE, DMA requests by update and trigger. The preload of compare values (OCxPE) is stored without effect.
+//! compare flags, all output modes, input capture with polarity, prescaler and overcapture, interrupts, DMA requests of
+//! the channels; OCxREF and UG as trigger output, trigger mode as slave mode. A capture takes the count at the cycle of
+//! the edge. The delay of the input synchroniser, two timer clocks for every edge, is left out. Not modelled, and
+//! refused: counting down or centre-aligned, other slave modes and trigger outputs, TI1 as XOR, TRC, the input filter
+//! (ICxF), OCxFE and OCxCE, DMA requests by update and trigger. The preload of compare values (OCxPE) is stored without
+//! effect.
 //!
-//! Nothing is stepped: flags, outputs and counter follow from the cycle count when somebody looks.
+//! Flags, outputs and counter are computed from the cycle count when they are read; nothing is stepped.
 
 mod counter;
 mod output;
@@ -58,7 +59,7 @@ const CC1DE: u32 = 9;
 const CC1OF: u32 = 9;
 const CHANNEL_REQUESTS: u32 = 0xF << CC1DE;
 
-/// What differs from timer to timer.
+/// Properties that differ between timers.
 #[derive(Clone, Copy, Debug)]
 pub struct Kind {
     /// Bits of the counter.
@@ -89,17 +90,17 @@ pub struct Timer {
     counter: Counter,
     /// Flags are up to date until this cycle.
     seen: u64,
-    /// Counting changes nothing before this cycle; 0 if that is not known.
+    /// Cycle before which counting changes nothing; 0 if unknown.
     calm_until: u64,
     /// Channels 0..=3 whose DMA request waits to be served.
     pub requests: u32,
     /// Edges since the last capture, for the prescaler.
     edges: [u32; 4],
-    /// Cycle of the last change to what an edge does; edges before it are not of this set-up.
+    /// Cycle of the last change to the capture settings; edges before it do not apply.
     set_up_at: u64,
     /// OC1REF to OC4REF.
     references: u32,
-    /// A trigger has come; the counter starts at this cycle.
+    /// Cycle at which the counter starts after a trigger.
     starts_at: Option<u64>,
     /// Cycles at which the trigger output rose, until they are taken.
     pub rises: Vec<u64>,
@@ -134,7 +135,7 @@ impl Timer {
         }
     }
 
-    /// RCC or a system reset; the timer's clock stays what it is.
+    /// Resets the timer, by RCC or a system reset. Its clock does not change.
     pub fn reset(&mut self) {
         let lost = (0..4).filter(|n| self.output(*n).is_some()).map(|n| (self.seen, n, None)).collect();
         *self = Timer { changes: lost, ..Timer::new(self.kind, self.counter.divider) };
@@ -154,19 +155,19 @@ impl Timer {
         self.ccer >> (4 * channel) & 0b1011
     }
 
-    /// Flag bit and counter value of the events that counting makes. The update event is the return to zero.
+    /// Returns flag bit and counter value of the events of counting. The update event is the return to zero.
     fn matches(&self) -> impl Iterator<Item = (u32, u32)> + use<'_> {
         let channels =
             (0..self.kind.channels).filter(|&n| !self.is_input(n)).map(|n| (n + 1, self.ccr[n as usize]));
         std::iter::once((0, 0)).chain(channels)
     }
 
-    /// Whether a match of this flag bit asks for DMA.
+    /// Returns whether a match of this flag bit requests DMA.
     fn asks_dma(&self, bit: u32) -> bool {
         bit > 0 && self.dier >> (CC1DE + bit - 1) & 1 == 1
     }
 
-    /// Does what happened until `cycle`.
+    /// Simulates the timer until `cycle`.
     pub fn catch_up(&mut self, cycle: u64) {
         if cycle < self.calm_until {
             self.seen = self.seen.max(cycle);
@@ -189,14 +190,14 @@ impl Timer {
         self.calm_until = self.next_change_of_state().unwrap_or(u64::MAX);
     }
 
-    /// The next cycle at which counting sets a flag or changes an output, whether the program asks for it or not.
+    /// Returns the next cycle at which counting sets a flag or changes an output, enabled or not.
     fn next_change_of_state(&self) -> Option<u64> {
         let matches = self.matches().filter_map(|(_, value)| self.counter.reaches(value, self.seen));
         let output = self.next_change(self.seen).map(|(at, ..)| at);
         matches.chain(output).chain(self.starts_at).min()
     }
 
-    /// Counts on until `cycle`.
+    /// Counts until `cycle`.
     fn pass(&mut self, cycle: u64) {
         // A buffered prescaler or reload takes effect at the update event.
         while self.counter.is_stale() && self.cr1 & UDIS == 0 {
@@ -211,7 +212,7 @@ impl Timer {
         self.set_flags(cycle);
     }
 
-    /// Sets flags and outputs for what counting made until `cycle`.
+    /// Sets flags and outputs for the events until `cycle`.
     fn set_flags(&mut self, cycle: u64) {
         if cycle <= self.seen {
             return;
@@ -246,7 +247,7 @@ impl Timer {
         self.set_up_at = cycle;
     }
 
-    /// The clock tree changed: `divider` HCLK cycles per timer clock from `cycle` on.
+    /// Sets the divider after a change of the clock tree: `divider` HCLK cycles per timer clock from `cycle` on.
     pub fn set_divider(&mut self, cycle: u64, divider: u64) {
         if divider != self.counter.divider {
             self.catch_up(cycle);
@@ -308,8 +309,8 @@ impl Timer {
         self.counter.exact(cycle)
     }
 
-    /// An edge on input 0..=3 (TI1 to TI4) at `cycle`, which may lie before what the program has seen. Whether a capture
-    /// raised the interrupt line or a DMA request.
+    /// Handles an edge on input 0..=3 (TI1 to TI4) at `cycle`, which may be before the present of the program. Returns
+    /// whether a capture raised the interrupt line or a DMA request.
     pub fn edge(&mut self, input: u32, cycle: u64, rising: bool) -> bool {
         if cycle < self.set_up_at {
             return false;

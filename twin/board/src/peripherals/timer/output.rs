@@ -1,4 +1,4 @@
-//! What a timer gives out: OCxREF by output mode, outputs at pins, the trigger for another timer.
+//! Outputs of a timer: OCxREF by output mode, outputs at pins, the trigger for another timer.
 //!
 //! RM0090 18.3.8 to 18.3.10 and 18.3.15.
 
@@ -32,7 +32,7 @@ impl Timer {
         self.references >> channel & 1 == 1
     }
 
-    /// OCx as its pin gets it; `None` while the output is off.
+    /// Returns the level of OCx at its pin; `None` while the output is off.
     pub fn output(&self, channel: u32) -> Option<bool> {
         let polarity = self.polarity(channel);
         (!self.is_input(channel) && polarity & 1 == 1).then(|| self.reference(channel) ^ (polarity & 2 != 0))
@@ -42,7 +42,7 @@ impl Timer {
         std::array::from_fn(|channel| self.output(channel as u32))
     }
 
-    /// Keeps how outputs differ from `before`.
+    /// Records how outputs differ from `before`.
     pub(super) fn note_outputs(&mut self, cycle: u64, before: [Option<bool>; 4]) {
         for (channel, before) in (0..4).zip(before) {
             let now = self.output(channel);
@@ -82,7 +82,7 @@ impl Timer {
         self.note_trigger(cycle, trigger);
     }
 
-    /// The program changed a mode, a compare value or the count: forced and PWM references follow at once.
+    /// Updates forced and PWM references after the program changed a mode, a compare value or the count.
     pub(super) fn follow_modes(&mut self, cycle: u64) {
         let count = self.counter.count(cycle);
         for channel in 0..4 {
@@ -98,7 +98,7 @@ impl Timer {
         }
     }
 
-    /// When counting next changes a reference after `cycle`: that cycle, the channel, its new level.
+    /// Returns the next change of a reference by counting after `cycle`: cycle, channel, new level.
     pub(super) fn next_change(&self, cycle: u64) -> Option<(u64, u32, bool)> {
         if !self.counter.running || !self.has_outputs() {
             return None;
@@ -149,7 +149,7 @@ impl Timer {
         std::mem::take(&mut self.rises)
     }
 
-    /// The trigger input rises at `cycle`.
+    /// Handles a rising trigger input at `cycle`.
     pub fn trigger(&mut self, cycle: u64) {
         if self.smcr & SMS != TRIGGER_MODE {
             return;

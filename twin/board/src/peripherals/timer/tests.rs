@@ -405,7 +405,7 @@ fn one_pulse_mode_stops_at_the_reload() {
     assert_eq!(tim.read(20_007, CNT), Ok(7));
 }
 
-/// A timer that gives out one pulse from its trigger on.
+/// Returns a timer that outputs one pulse after its trigger.
 fn one_pulse(compare: u32) -> Timer {
     let mut tim = short();
     set_up(&mut tim, 0, [(ARR, 1000), (CCR4, compare), (CCMR2, mode_4(0b111)), (CCER, CC4E)]);

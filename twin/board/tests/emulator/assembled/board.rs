@@ -12,7 +12,8 @@ use twin::model::Model;
 use twin::peripherals::PinChange;
 use twin::pin::Pin;
 
-/// PB4 toggles at every update of TIM2, once per millisecond of the board's own time; asleep in between.
+/// Returns a program that toggles PB4 at every update of TIM2, once per millisecond of the board's own time, and sleeps
+/// in between.
 fn blinker() -> std::sync::Arc<twin::image::Image> {
     let program = [
         run_at_168_mhz(),
@@ -158,7 +159,7 @@ fn a_fault_without_a_handler_that_helps_counts_as_a_panic() {
     assert_eq!((board.counters().panics, board.counters().lockups), (1, 0));
 }
 
-/// Counts in `RAM` how often it was entered.
+/// Returns a handler that counts its entries in `RAM`.
 fn counting_handler() -> Vec<u16> {
     [&load(0, RAM)[..], &[0x6801, 0x3101, 0x6001], &RETURN].concat() // LDR r1, [r0]; ADDS r1, #1; STR r1, [r0]
 }
@@ -289,8 +290,9 @@ fn rtt_without_defmt_is_shown_as_text() {
     assert_eq!(board.counters().malformed_logs, 0);
 }
 
-/// Given a load or store at a reserved address, then the bus answers with a fault at that address (BFSR 82h: precise, address valid), and
-/// the handler of the program goes on. So does a fetch from CCM, which the instruction bus does not reach (RM0090 2.3.1).
+/// Given a load or store at a reserved address, then the bus raises a fault at that address (BFSR 82h: precise, address
+/// valid), and the program continues in its handler. The same holds for a fetch from CCM, which the instruction bus
+/// does not reach (RM0090 2.3.1).
 #[test]
 fn reserved_address_is_a_bus_fault_that_a_program_survives() {
     // Enables BusFault; CFSR and BFAR go to RAM.
@@ -323,7 +325,8 @@ fn reserved_address_is_a_bus_fault_that_a_program_survives() {
     assert_eq!(status, 0x0100);
 }
 
-/// Given a store to flash where it answers at zero, then the board stops, and its message names a store and the flash.
+/// Given a store to flash at its mapping from zero on, then the board stops, and its message names a store and the
+/// flash.
 #[test]
 fn store_to_address_zero_stops_the_board_as_a_store() {
     let error = refused(board("null", image(&store(0, 1), &STOP)), Time::from_us(50));
@@ -333,8 +336,8 @@ fn store_to_address_zero_stops_the_board_as_a_store() {
     assert!(text.contains("null: store to flash at zero + 0h (00000000h)"), "{text}");
 }
 
-/// Given parts of the memory map that exist and have no model, then a load or store stops the board, also where the program would
-/// survive a bus fault.
+/// Given parts of the memory map that exist but are not modelled, then a load or store stops the board, also if the
+/// program would survive a bus fault.
 #[test]
 fn memory_without_a_model_stops_the_board_with_its_name() {
     for (address, name) in [
@@ -353,8 +356,8 @@ fn memory_without_a_model_stops_the_board_with_its_name() {
     }
 }
 
-/// Given a stack that grows below CCM (F405) or RAM (F446), then the bus answers with a fault, and the handler of faults runs: on
-/// another stack, as the frame is lost.
+/// Given a stack that grows below CCM (F405) or RAM (F446), then the bus raises a fault, and the fault handler runs on
+/// another stack, because the frame is lost.
 #[test]
 fn stack_that_grows_below_memory_is_a_fault_of_the_program() {
     for (model, bottom) in
@@ -367,7 +370,7 @@ fn stack_that_grows_below_memory_is_a_fault_of_the_program() {
         let config = BoardConfig { model, ..board("deep", image(&program, &handler)) };
         let board = flown(config, Time::from_us(50));
         assert_eq!((board.state(), board.counters().panics), (&State::Stuck, 1), "{model:?}");
-        // 8 registers fit, the next 8 do not: its frame of 32 bytes lies below what the second PUSH left.
+        // 8 registers fit, the next 8 do not: the frame of 32 bytes is below the stack pointer of the second PUSH.
         let stack = word(&board, RAM + 0xFFC);
         assert!(stack < bottom, "{model:?}: {stack:08X}h");
     }

@@ -11,11 +11,12 @@ const STREAM2: u32 = DMA1 + 0x40;
 /// Two rings of four words.
 const RING1: u32 = RAM + 0x100;
 const RING2: u32 = RAM + 0x200;
-/// What the interrupt handler leaves: LISR.
+/// Address at which the interrupt handler stores LISR.
 const SEEN: u32 = RAM + 0x300;
 const RAM_AT_POWER_ON: u32 = 0xA5A5_A5A5;
 
-/// Sleeps while the lines at PA0 and PA1 are captured. Stream 2, whose interrupt is 13, leaves LISR.
+/// Returns a board that sleeps while the lines at PA0 and PA1 are captured. The handler of stream 2, interrupt 13,
+/// stores LISR.
 fn observer([one, other]: [u32; 2]) -> BoardConfig {
     let program =
         [store(NVIC_ISER0, 1 << 13), capture(12, [(0, 2, one), (1, 4, other)]), SLEEP.to_vec()].concat();
@@ -30,7 +31,7 @@ fn asleep(config: BoardConfig) -> EmulatedBoard {
 /// The quantum of a spacecraft.
 const QUANTUM: Time = Time::from_us(20);
 
-/// Runs in quanta and hands each one's edges over after it, as a spacecraft does.
+/// Runs in quanta and passes the edges of each quantum to the board after it, as a spacecraft does.
 fn fly(board: &mut EmulatedBoard, quantum: Time, edges: &[(Side, Time, bool)], until: Time) {
     let mut left = edges.iter().peekable();
     let mut now = board.now();
@@ -126,7 +127,8 @@ fn a_stream_that_is_not_modelled_is_refused() {
     assert_eq!((error.address, error.refusal), (STREAM2, Refusal::Unmodelled));
 }
 
-/// Copies RCC_CSR, removes its flags, starts a watchdog of 1 ms (PR 0, RLR 7) and goes on with `rest`.
+/// Returns a program that copies RCC_CSR, clears its flags, starts a watchdog of 1 ms (PR 0, RLR 7) and continues with
+/// `rest`.
 fn guarded(rest: &[u16]) -> Vec<u16> {
     [
         &copy(RCC + 0x74, RAM)[..],

@@ -7,7 +7,7 @@ use twin::board::{BoardConfig, Fittings, FlashTiming};
 /// Pends interrupts 0 to 31.
 const ISPR0: u32 = 0xE000_E200;
 
-/// Cycles between two reads of CYCCNT with `code` in between, less those with nothing.
+/// Returns the cycles between two reads of CYCCNT with `code` in between, minus those without code.
 fn cycles(code: &[u16], handler: &[u16]) -> u32 {
     let measured = |code: &[u16]| {
         let program = [

@@ -1,4 +1,4 @@
-//! A debugger that halts the core, and what goes on meanwhile.
+//! A debugger that halts the core, and peripherals that continue meanwhile.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -58,7 +58,7 @@ fn a_frozen_controller_leaves_the_bus_until_the_core_goes_on() {
     }
 }
 
-/// 512 ms at 32 kHz and reset values; the core stands still for a second in between.
+/// 512 ms at 32 kHz and reset values; the core is halted for a second in between.
 #[test]
 fn the_watchdog_bites_a_halted_core_unless_it_is_frozen() {
     for (freezes, resets) in [(0, 1), (IWDG_STOP, 0)] {

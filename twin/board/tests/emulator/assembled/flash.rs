@@ -20,7 +20,7 @@ fn program(address: u32, value: u32) -> Vec<u16> {
     [store(FLASH_CR, X32 | 1), store(address, value), wait_for_clear(FLASH_SR, BSY)].concat()
 }
 
-/// Two words, then nothing.
+/// Returns a program that writes two words and stops.
 fn writer() -> Arc<Image> {
     let code = [
         unlock(),
@@ -70,7 +70,7 @@ fn a_programmed_bit_comes_back_only_by_erasing() {
     assert_eq!(eraser.counters().flash_erases, 1);
 }
 
-/// 16 us are typical, 100 us the most (DS8626 table 40).
+/// A word takes typically 16 us and at most 100 us (DS8626 table 40).
 #[test]
 fn the_core_waits_for_a_word_as_long_as_flash_takes() {
     let toggle = |bit: u32| store(GPIOB + 0x18, bit);
@@ -201,7 +201,7 @@ fn a_reset_in_an_erase_leaves_nobody_knows_what() {
     assert!(content.contains(&0x3C) && content.contains(&0xFF));
 }
 
-/// RM0090 chapter 21: FFFh counts of LSI/4 are 512 ms at 32 kHz, and nobody feeds it.
+/// RM0090 chapter 21: FFFh counts of LSI/4 are 512 ms at 32 kHz, and the core cannot feed the watchdog.
 #[test]
 fn the_watchdog_bites_a_core_that_waits_for_an_erase() {
     let code = [store(0x4000_3000, 0xCCCC), unlock(), erase(), STOP.to_vec()].concat();

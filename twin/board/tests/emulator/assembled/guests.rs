@@ -1,4 +1,4 @@
-//! Foreign controllers that come and go.
+//! Foreign controllers that join and leave.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -31,7 +31,7 @@ fn a_guest_hears_others_and_is_told_what_it_sent() {
         [GuestEvent::Received(low), GuestEvent::Sent(high)]
     );
     assert_eq!(heard(&mut spacecraft, other), [GuestEvent::Sent(low), GuestEvent::Received(high)]);
-    // 52 bits without and some with stuffing: a frame with one byte, told when it is valid.
+    // 52 bits without and some with stuffing: a frame with one byte, reported when it is valid.
     let first = at_one[0].0.since(Time::from_ms(1));
     assert!(first > Time::from_us(50) && first < Time::from_us(70), "{first:?}");
     assert_eq!(heard(&mut spacecraft, one), [], "it is told once");

@@ -1,4 +1,4 @@
-//! The twin flown by programs that are assembled by hand: no toolchain for the part is needed.
+//! The twin with programs that are assembled by hand: no toolchain for the part is needed.
 
 mod accelerator;
 mod board;

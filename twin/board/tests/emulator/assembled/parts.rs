@@ -1,4 +1,4 @@
-//! Boards with other parts and pins than those of the project: described by text, flown with hand-assembled programs.
+//! Boards with other parts and pins than those of the project: described by text, run with hand-assembled programs.
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, State};
@@ -26,8 +26,8 @@ fn on(chip: &str, program: &[u16]) -> BoardConfig {
     BoardConfig { model: described(chip), ..board("test", image(program, &STOP)) }
 }
 
-/// Given boards whose wires from CAN_RX end at PA2 and PA3, then edges of CAN1 and CAN2 come into the rings of TIM5_CH3 and TIM5_CH4, by each
-/// stream that these channels have.
+/// Given boards whose wires from CAN_RX end at PA2 and PA3, then edges of CAN1 and CAN2 arrive in the rings of TIM5_CH3
+/// and TIM5_CH4, by each stream of these channels.
 #[test]
 fn captures_follow_the_pins_of_the_description() {
     for (chip, second) in [("STM32F407VG", 1), ("STM32F429ZI", 3), ("STM32F479NI", 1)] {
@@ -44,8 +44,9 @@ fn captures_follow_the_pins_of_the_description() {
     }
 }
 
-/// Given a part of 2 MiB whose program is in the first bank, when it erases a sector of the second bank, then the core goes on; when it erases
-/// one of the first bank, then the core waits a second. A part of 1 MiB waits for each of its sectors.
+/// Given a part of 2 MiB whose program is in the first bank, when it erases a sector of the second bank, then the core
+/// continues; when it erases one of the first bank, then the core waits a second. A part of 1 MiB waits for each of its
+/// sectors.
 #[test]
 fn core_goes_on_while_the_other_bank_is_erased() {
     // SNB of sector 23, in the second bank, and of sector 11.

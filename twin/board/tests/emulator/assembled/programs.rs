@@ -131,7 +131,7 @@ pub const BSY: u16 = 16;
 pub const X32: u32 = 0b10 << 8;
 /// Sector 11 of flash, the last of 1 MiB.
 pub const SECTOR: u32 = 0x080E_0000;
-/// Value of FLASH_CR that erases it.
+/// Value of FLASH_CR that erases this sector.
 pub const ERASE: u32 = 1 << 16 | X32 | 11 << 3 | 1 << 1;
 pub const RCC: u32 = 0x4002_3800;
 pub const GPIOA: u32 = 0x4002_0000;
@@ -154,8 +154,8 @@ pub fn run_at_168_mhz() -> Vec<u16> {
     run_at_168_mhz_from(12)
 }
 
-/// HSE of so many MHz by PLL M to 2 MHz, N = 168, P = 2, AHB 1, APB1 4, APB2 2: 168 MHz once the PLL has locked, with 5 wait
-/// states.
+/// Program that starts HSE of `hse_mhz` MHz, divided by PLL M to 2 MHz, N = 168, P = 2, AHB 1, APB1 4, APB2 2: 168 MHz
+/// once the PLL has locked, with 5 wait states.
 pub fn run_at_168_mhz_from(hse_mhz: u32) -> Vec<u16> {
     [
         store(FLASH_ACR, 5),
@@ -184,16 +184,16 @@ pub fn wait_for_clear(address: u32, bit: u16) -> Vec<u16> {
     [&load(0, address)[..], &[0x6801, (31 - bit) << 6 | 1 << 3 | 1, 0xD4FC]].concat()
 }
 
-/// A line that TIM5 captures: its channel and pin of port A, 0 to 3; its stream of DMA1; its ring of four words.
-pub type Line = (u32, u32, u32);
+/// A captured line: TIM5 channel and pin of port A, 0 to 3; stream of DMA1; address of its ring of four words.
+pub type CapturedLine = (u32, u32, u32);
 
 /// Captures both edges of two lines at 84 MHz, each by its stream on channel 6. The stream interrupts at the end of its ring and at
 /// a bus error.
-pub fn capture(hse_mhz: u32, lines: [Line; 2]) -> Vec<u16> {
+pub fn capture(hse_mhz: u32, lines: [CapturedLine; 2]) -> Vec<u16> {
     let bits = |bits: u32, per_channel: u32| {
         lines.iter().fold(0, |all, (channel, ..)| all | bits << (per_channel * channel))
     };
-    let stream = |(channel, stream, ring): Line| {
+    let stream = |(channel, stream, ring): CapturedLine| {
         let base = DMA1 + 0x10 + 0x18 * stream;
         // CHSEL 6, MSIZE and PSIZE word, MINC, CIRC, TCIE, TEIE; then EN.
         let cr = 6 << 25 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 2;
@@ -262,12 +262,12 @@ pub fn join(can: u32, btr: u32) -> Vec<u16> {
         .concat()
 }
 
-/// What a guest heard and sent since the last call.
+/// Returns the events of a guest since the last call.
 pub fn heard(spacecraft: &mut Spacecraft, guest: GuestId) -> Vec<GuestEvent> {
     spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect()
 }
 
-/// Frames that completed: bus, frame, sender.
+/// Returns the completed frames: bus, frame, sender.
 pub fn completed(records: &[WireRecord]) -> Vec<(Bus, WireFrame, usize)> {
     let completed = |record: &WireRecord| match &record.record {
         Observation::Completed { trace, .. } => Some((record.bus, trace.frame, trace.transmitter)),

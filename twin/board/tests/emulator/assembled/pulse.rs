@@ -1,4 +1,4 @@
-//! A pulse at a pin, started by TIM5 and given out by TIM3, and the true instants of its edges.
+//! A pulse at a pin, started by TIM5 and output by TIM3, and the true instants of its edges.
 
 use super::programs::*;
 use can_wire::time::Time;
@@ -9,7 +9,7 @@ use twin::pin::Pin;
 
 const PULSE: Pin = Pin::new('B', 1);
 
-/// A pulse of 840 counts, 10 us, a millisecond after the start of TIM5.
+/// Returns a program that outputs a pulse of 840 counts, 10 us, a millisecond after the start of TIM5.
 fn pulser() -> Vec<u16> {
     [
         run_at_168_mhz(),
@@ -73,7 +73,7 @@ fn edges_have_fractions_of_a_tick() {
     assert!((width - 3_359.832_008).abs() < 1e-5, "{width} ticks");
 }
 
-/// A pulse of TIM5 itself, at PA2, whose level the program sees.
+/// Given a pulse of TIM5 itself at PA2, then the program reads its level.
 #[test]
 fn tim5_drives_its_own_pins() {
     let program = [

@@ -117,7 +117,7 @@ fn a_frame_wakes_a_sleeping_core_through_its_interrupt() {
 
 #[test]
 fn interrupt_follows_the_frame_by_its_entry_time_only() {
-    // The handler raises PB4 first; its edge tells when it ran.
+    // The handler first raises PB4, so the edge shows when it ran.
     let program = [
         join_both_buses(),
         store(GPIOB, 0x0A0A_0180),
@@ -146,7 +146,7 @@ fn interrupt_follows_the_frame_by_its_entry_time_only() {
 #[test]
 fn a_controller_off_its_pins_neither_hears_nor_acknowledges() {
     let deaf = [join_both_buses(), store(GPIOB, 0x0000_0280), STOP.to_vec()].concat();
-    // The sender may start only after the other has left its pins.
+    // The sender may start only after the other controller has left its pins.
     let late = BoardConfig { power_on_at: Time::from_ms(1), ..board("asker", asker()) };
     let mut spacecraft = spacecraft([late, board("deaf", image(&deaf, &STOP))]);
     spacecraft.run_until(Time::from_ms(8)).unwrap();

@@ -1,4 +1,4 @@
-//! A program that branches to itself: time passes at once, and everything is as if it had passed turn by turn.
+//! A program that branches to itself: its iterations are skipped, with the same result as if they had been executed.
 
 use super::programs::*;
 use can_wire::time::Time;
@@ -9,7 +9,8 @@ const END: Time = Time::from_ms(3);
 /// `LDR r1, [r7]; ADDS r1, #1; STR r1, [r7]; BX lr`: a handler that counts interrupts at the address in r7.
 const COUNT: [u16; 4] = [0x6839, 0x3101, 0x6039, 0x4770];
 
-/// Registers, counters, time and RAM of a board at `END`, run in stretches of `stretch_ns` nanoseconds.
+/// Returns registers, counters, time and RAM of a board at `END`, after running in stretches of `stretch_ns`
+/// nanoseconds.
 fn spun(program: &[u16], stretch_ns: u64) -> (Registers, Counters, Time, Vec<u8>) {
     let mut board = powered(board("spins", image(program, &COUNT)));
     let mut until = Time::ZERO;
@@ -20,8 +21,9 @@ fn spun(program: &[u16], stretch_ns: u64) -> (Registers, Counters, Time, Vec<u8>
     (board.registers(), board.counters(), board.now(), board.read_memory(RAM, 0x400).unwrap())
 }
 
-/// Given a program that spins at 168 MHz, with and without SysTick interrupts, when one board runs in stretches that are too short for a
-/// turn to be skipped and another one in long stretches, then both end with the same registers, counters, time and memory.
+/// Given a program that spins at 168 MHz, with and without SysTick interrupts, when one board runs in stretches that
+/// are too short to skip an iteration and another one in long stretches, then both end with the same registers,
+/// counters, time and memory.
 #[test]
 fn skipped_turns_are_those_that_were_executed() {
     let interrupted = [
@@ -42,7 +44,8 @@ fn skipped_turns_are_those_that_were_executed() {
     }
 }
 
-/// Given a loop of one branch, which takes 3 cycles (DDI 0439 table 3-1: 1 + P), at 16 MHz, then a millisecond is 5,333 turns.
+/// Given a loop of one branch, which takes 3 cycles (DDI 0439 table 3-1: 1 + P), at 16 MHz, then a millisecond has
+/// 5,333 iterations.
 #[test]
 fn turns_of_a_millisecond_are_counted() {
     let mut board = flown(board("spins", image(&STOP, &STOP)), Time::from_ms(1));
@@ -54,7 +57,8 @@ fn turns_of_a_millisecond_are_counted() {
     assert_eq!(after.cycles_awake - before.cycles_awake, 3 * turns);
 }
 
-/// Given a program that reads CYCCNT in the handler of an interrupt that ends its spinning, then the counter has gone on.
+/// Given a program that reads CYCCNT in the handler of an interrupt that ends its spinning, then the counter has
+/// advanced.
 #[test]
 fn cycle_counter_counts_skipped_turns() {
     // The handler stores CYCCNT: r6 = CYCCNT; r0 = [r6]; r7 is RAM; STR r0, [r7]; B .

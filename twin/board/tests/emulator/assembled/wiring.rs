@@ -49,7 +49,7 @@ fn frame() -> WireFrame {
     WireFrame::standard(0x123, &WORD.to_le_bytes())
 }
 
-/// What a guest on each of the first two buses hears of one board in 5 ms, and the board's log.
+/// Returns the events of a guest on each of the first two buses with one board in 5 ms, and the board's log.
 fn heard_of(board: BoardConfig) -> ([Vec<GuestEvent>; 2], Vec<LogRecord>) {
     let mut spacecraft = spacecraft([board]);
     let guests = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 1.0));
@@ -107,8 +107,8 @@ fn a_controller_that_reaches_no_bus_is_told_with_the_reason() {
     }
 }
 
-/// Given a program for a crystal of 12 MHz on a board with one of 8 MHz, then its HCLK is 112 MHz and its controllers run at two thirds of
-/// their bit rate, and the log and the warnings of the board say so, once for each controller.
+/// Given a program for a crystal of 12 MHz on a board with one of 8 MHz, then its HCLK is 112 MHz and its controllers
+/// run at two thirds of their bit rate, and the log and the warnings of the board report it, once for each controller.
 #[test]
 fn unknown_bit_rate_is_reported_with_the_oscillator() {
     let program = [join_both_buses(), SLEEP.to_vec()].concat();
@@ -133,7 +133,8 @@ fn unknown_bit_rate_is_reported_with_the_oscillator() {
     }
 }
 
-/// Given a program that moves CAN1 to other pins than those of its transceiver, then the warnings of the board say so.
+/// Given a program that moves CAN1 to other pins than those of its transceiver, then the warnings of the board report
+/// it.
 #[test]
 fn a_controller_at_other_pins_is_among_the_warnings() {
     let pin = Pin::new;
@@ -218,8 +219,8 @@ fn both_controllers_of_a_board_may_share_a_bus() {
     assert_eq!(spacecraft.place(board, Side::Can2), Some((Bus::Nominal, 1)));
 }
 
-/// Given one controller behind a transceiver switch (ECSS Figure A-6), then it is on the bus that the pin selects, and takes its error
-/// counters along: nobody acknowledges it on the first bus, and a guest does so on the other one.
+/// Given one controller behind a transceiver switch (ECSS Figure A-6), then it is on the bus that the pin selects, and
+/// keeps its error counters: no node acknowledges it on the first bus, a guest does so on the other one.
 #[test]
 fn transceiver_switch_leads_the_controller_from_bus_to_bus() {
     let switch = Pin::new('C', 0);
@@ -240,7 +241,8 @@ fn transceiver_switch_leads_the_controller_from_bus_to_bus() {
     assert_eq!(spacecraft.wire(Bus::Redundant).error_counters(0).transmit, 127);
 }
 
-/// Two pairs of boards on two networks beside those of the spacecraft: each hears its own peer.
+/// Given two pairs of boards on two networks other than those of the spacecraft, then each board receives from its peer
+/// only.
 #[test]
 fn boards_talk_on_the_network_that_their_wiring_names() {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
@@ -261,7 +263,7 @@ fn boards_talk_on_the_network_that_their_wiring_names() {
     }
 }
 
-/// A guest at 250 kbit/s: it reaches a board at 250 kbit/s and no other.
+/// Given a guest at 250 kbit/s, then it reaches a board at 250 kbit/s and no other.
 #[test]
 fn a_guest_has_a_bit_rate_of_its_own() {
     // 4 us in 14 quanta of 2/7 us: 12 ticks of PCLK1.

@@ -116,7 +116,7 @@ fn an_abort_after_a_lost_arbitration_needs_no_further_attempt() {
 
 #[test]
 fn an_abort_counts_from_its_own_instant() {
-    // The CPU has run on to 10 us, the wire follows: the frame had begun.
+    // The CPU has run to 10 us before the wire: the frame had begun.
     let mut bench = Bench::normal();
     let start = bench.now;
     bench.request_at(start + Time::from_us(3), 0, 0x100);

@@ -46,7 +46,7 @@ pub const ERRI: u32 = 1 << 2;
 pub const WKUI: u32 = 1 << 3;
 pub const TXM: u32 = 1 << 8;
 
-/// Of mailbox 0; those of the others sit 8 and 16 higher.
+/// Bits of mailbox 0; those of the others are 8 and 16 higher.
 pub const RQCP: u32 = 1 << 0;
 pub const TXOK: u32 = 1 << 1;
 pub const ALST: u32 = 1 << 2;
@@ -57,7 +57,7 @@ pub const TME0: u32 = 1 << 26;
 
 pub const BOFF: u32 = 1 << 2;
 
-/// Of RF0R and RF1R.
+/// Bits of RF0R and RF1R.
 pub const RFOM: u32 = 1 << 5;
 
 pub const LBKM: u32 = 1 << 30;
@@ -68,7 +68,7 @@ pub const BTR_1M: u32 = 3 << 20 | 15 << 16 | 1;
 /// One bit at 1 Mbit/s.
 pub const BIT: u64 = 336;
 
-/// Where the controllers and the stations hang.
+/// Indices of the controllers and the stations on the wire.
 pub const CAN1: NodeIndex = 0;
 pub const CAN2: NodeIndex = 1;
 pub const PEER: NodeIndex = 2;
@@ -76,7 +76,7 @@ pub const OTHER: NodeIndex = 3;
 
 /// SOF to the last bit of EOF of a frame with identifier 080h and no data; with intermission it is 51 bits.
 pub const EMPTY_BITS: u64 = 48;
-/// Longer than any frame.
+/// Limit of waiting, longer than any frame.
 const PATIENCE: Time = Time::from_ms(50);
 
 /// PCLK1 of exactly 42 MHz.
@@ -113,7 +113,7 @@ impl Controllers for OnWire {
     }
 }
 
-/// A chip on its wire; `now` is how far both have come.
+/// A chip on its wire; `now` is the present of both.
 pub struct Bench {
     nodes: OnWire,
     pub wire: Wire,
@@ -191,7 +191,7 @@ impl Bench {
         self.write_at(self.now, offset, value);
     }
 
-    /// The CPU has run ahead of the wire, to `at`.
+    /// Writes at `at`, to which the CPU has run ahead of the wire.
     pub fn write_at(&mut self, at: Time, offset: u32, value: u32) {
         self.nodes.pair.write(offset, value, at).expect("a register");
     }
@@ -222,7 +222,7 @@ impl Bench {
         self.nodes.stations[node - PEER].received().map(|(_, frame)| frame).collect()
     }
 
-    /// Lets time pass.
+    /// Runs for `span`.
     pub fn pass(&mut self, span: Time) {
         let until = self.now + span;
         while self.now < until {
@@ -230,7 +230,7 @@ impl Bench {
         }
     }
 
-    /// Lets time pass until `condition` holds.
+    /// Runs until `condition` holds.
     pub fn until(&mut self, what: &str, condition: impl Fn(&Bench) -> bool) {
         let limit = self.now + PATIENCE;
         while !condition(self) {
@@ -253,7 +253,7 @@ impl Bench {
         pair.poll(self.now);
     }
 
-    /// Lets `span` pass: `value` goes from `before` to `after` in its last tick.
+    /// Runs for `span` and checks that `value` changes from `before` to `after` in its last tick.
     #[track_caller]
     pub fn changes_after<T: PartialEq + Debug>(
         &mut self,
@@ -290,7 +290,7 @@ impl Bench {
         self.read(TSR) >> (8 * n) & (STATUS | ABRQ)
     }
 
-    /// Lets the request in mailbox `n` come to its end.
+    /// Runs until the request in mailbox `n` has completed.
     pub fn complete(&mut self, n: u32) {
         self.until("RQCP", |bench| bench.status(n) & RQCP != 0);
     }
@@ -329,7 +329,7 @@ impl Bench {
         ids
     }
 
-    /// Lets error frames and intermission end.
+    /// Runs until error frames and intermission have ended.
     pub fn calm(&mut self) {
         self.until("a quiet bus", |bench| {
             (0..PEER + bench.nodes.stations.len()).all(|node| bench.wire.is_idle(node))
@@ -341,30 +341,30 @@ impl Bench {
         self.wire.schedule(self.now, fault).expect("a possible fault");
     }
 
-    /// The next bit that `node` sees in `field` reads as its opposite.
+    /// Inverts the next bit that `node` sees in `field`.
     pub fn flip(&mut self, node: NodeIndex, field: Field) {
         self.fault(Fault::Flip(Flip::new(Place::Field(field), Nodes::of(&[node]))));
     }
 
-    /// CAN1 sees a dominant pulse of `count` bits.
+    /// Gives CAN1 a dominant pulse of `count` bits.
     pub fn dominant_pulse(&mut self, count: u64) {
         let (nodes, duration) = (Nodes::of(&[CAN1]), bits(count));
         self.fault(Fault::Glitch { nodes, duration, effect: Effect::Dominant });
     }
 
-    /// The bus shows one level from now on.
+    /// Shorts the bus to one level from now on.
     pub fn short(&mut self, level: bool) {
         self.fault(Fault::Short { position_m: 0.0, level });
     }
 
-    /// Bus-off at this instant with 100h in mailbox 0, by a bus that stays recessive.
+    /// Makes CAN1 bus-off at this instant with 100h in mailbox 0, by a bus that stays recessive.
     pub fn enter_bus_off(&mut self) {
         self.short(true);
         self.request(0, 0x100);
         self.until("bus-off", |bench| bench.flags() & BOFF != 0);
     }
 
-    /// A station starts anew, with error counters of zero.
+    /// Restarts a station, with error counters of zero.
     pub fn renew(&mut self, node: NodeIndex) {
         let attachment = self.station(node).attachment.as_mut().expect("takes part");
         attachment.power_cycle += 1;
@@ -393,14 +393,14 @@ impl Bench {
         self.read(ESR) & 0b111
     }
 
-    /// The attempt of CAN1 that is under way, or the next one, fails because it reads a dominant bit as recessive.
+    /// Makes the present or next attempt of CAN1 fail: it reads a dominant bit as recessive.
     pub fn fail_attempt(&mut self) {
         let before = self.tec();
         self.flip(CAN1, Field::Dlc(0));
         self.until("a transmit error", |bench| bench.tec() != before);
     }
 
-    /// A frame of PEER fails at PEER: all others see its error flag.
+    /// Makes a frame of PEER fail at PEER: all others see its error flag.
     pub fn fail_reception(&mut self) {
         self.renew(PEER);
         let before = self.rec();

@@ -8,7 +8,7 @@ use super::bench::*;
 /// 128 sequences of 11 recessive bits.
 const RECOVERY: u64 = 128 * 11;
 
-/// Bus-off with one pending mailbox, at this instant, on a bus that works again.
+/// Returns a bench whose CAN1 has become bus-off at this instant with one pending mailbox, on a bus that works again.
 fn bus_off(mcr: u32) -> Bench {
     let mut bench = Bench::normal_with(mcr, 0);
     bench.enter_bus_off();
@@ -71,7 +71,7 @@ fn abom_set_in_bus_off_begins_the_recovery() {
     assert_eq!(bench.flags(), 0);
 }
 
-/// Frames back to back leave exactly 11 recessive bits: acknowledge delimiter, end of frame, intermission.
+/// Back-to-back frames leave exactly 11 recessive bits: acknowledge delimiter, end of frame, intermission.
 #[test]
 fn a_busy_bus_lengthens_recovery() {
     let mut bench = bus_off(ABOM);
@@ -136,7 +136,7 @@ fn each_bus_off_without_abom_needs_its_own_request() {
     assert_eq!(bench.flags(), 0b111);
 }
 
-/// Initialisation hears nothing: the sequences before it are no part of the recovery.
+/// Initialisation does not monitor the bus: sequences before it do not count for the recovery.
 #[test]
 fn initialisation_during_recovery_begins_it_anew() {
     let mut bench = bus_off(ABOM);

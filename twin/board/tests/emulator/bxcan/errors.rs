@@ -7,7 +7,7 @@ use can_wire::time::Time;
 
 use super::bench::*;
 
-/// The code of the next error, or of the next success.
+/// Runs until the next error or success. Returns its code.
 fn next_lec(bench: &mut Bench) -> u32 {
     bench.write(ESR, 0x70);
     bench.until("an update of LEC", |bench| bench.lec() != 7);
@@ -178,7 +178,7 @@ fn an_overload_frame_is_no_error() {
     bench.deliver(empty());
     bench.deliver(empty());
     assert_eq!((bench.read(ESR), bench.read(RF0R)), (0, 2));
-    // A bit of intermission, two flags one bit apart, a delimiter, and the intermission anew.
+    // A bit of intermission, two flags one bit apart, a delimiter, and the intermission again.
     assert_eq!(bench.now, start + bits(2 * EMPTY_BITS + 1 + 7 + 8 + 3));
 }
 

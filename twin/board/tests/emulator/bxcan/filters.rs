@@ -4,7 +4,7 @@ use can_wire::frame::{WireFrame, WireId};
 
 use super::bench::*;
 
-/// FIFO and filter match index that a frame gets on CAN1, with filters as given by bank.
+/// Filters of CAN1, set bank by bank.
 struct Filters {
     bench: Bench,
     fm1r: u32,
@@ -49,7 +49,7 @@ impl Filters {
     }
 }
 
-/// Which FIFO of CAN1 took the frame, and its filter match index.
+/// Returns the FIFO of CAN1 that stored the frame, and its filter match index.
 fn admitted(bench: &mut Bench, sent: WireFrame) -> Option<(usize, u32)> {
     bench.deliver(sent);
     for (fifo, (rfr, rir)) in [(RF0R, RIR0), (RF1R, RIR1)].into_iter().enumerate() {
@@ -70,7 +70,7 @@ fn half(id: u32) -> u32 {
     id << 5
 }
 
-/// Matches no frame of these tests.
+/// Filter that matches no frame of these tests.
 const NO: u32 = 0x7FF << 5 | 0x7FF << 21;
 
 #[test]

@@ -75,7 +75,7 @@ fn a_controller_without_a_bus_synchronises_by_itself() {
     assert_eq!(pair.read(MSR).expect("a register") & 0b11, 0);
 }
 
-/// In Normal mode since bit 111, connected to nothing.
+/// Returns controllers in Normal mode since bit 111, connected to nothing.
 fn alone(mcr: u32) -> BxcanPair {
     let mut pair = BxcanPair::new(pclk());
     pair.write(MCR, INRQ, Time::ZERO).expect("a register");
@@ -85,7 +85,8 @@ fn alone(mcr: u32) -> BxcanPair {
     pair
 }
 
-/// Its pins go elsewhere in mid-frame: the attempt has failed, the request waits, and Initialisation can be entered.
+/// Given a controller whose pins are disconnected within a frame, then the attempt has failed, the request waits, and
+/// Initialisation can be entered.
 #[test]
 fn a_controller_that_loses_its_bus_in_mid_frame_goes_on() {
     let mut pair = alone(0);
@@ -120,8 +121,8 @@ fn a_single_shot_without_a_bus_ends_in_a_bit_error() {
     assert_eq!(pair.next_event(), None);
 }
 
-/// With repetition: 32 attempts of 15 bits, 3 of intermission behind each, and 8 more from the 16th on, which makes it error
-/// passive. The last one is bus-off.
+/// With retransmission: 32 attempts of 15 bits, each followed by 3 bits of intermission, and by 8 more from the 16th
+/// on, which makes it error passive. The last one makes it bus-off.
 #[test]
 fn a_request_without_a_bus_ends_in_bus_off() {
     let mut pair = alone(0);
@@ -197,7 +198,7 @@ fn initialisation_can_be_asked_for_again_before_it_was_left() {
     bench.pass(bits(100));
     assert_eq!(bench.mode(), INAK);
     bench.write(MCR, 0);
-    // All 11 bits anew.
+    // All 11 bits again.
     bench.changes_after(bits(11), Bench::mode, INAK, 0);
 }
 
@@ -294,7 +295,7 @@ fn error_counters_survive_initialisation() {
     assert_eq!(bench.tec(), 6);
 }
 
-/// INAK and the clearing of INRQ fall into one quantum of the bench: 20 bits.
+/// INAK and the clearing of INRQ are in one quantum of the bench: 20 bits.
 #[test]
 fn initialisation_left_once_acknowledged_synchronises_anew() {
     let mut bench = Bench::normal();

@@ -52,7 +52,7 @@ fn an_error_in_the_last_but_one_bit_of_eof_discards_the_frame() {
     bench.deliver(empty());
     bench.calm();
     assert_eq!(bench.drain(), [0x080], "only the repetition");
-    // Its error flag struck the last bit of the others: valid for a receiver, not for the transmitter.
+    // Its error flag destroyed the last bit for the others: the frame is valid for a receiver, not for the transmitter.
     assert_eq!(bench.received_by(OTHER).len(), 2);
 }
 
@@ -158,7 +158,7 @@ fn a_release_after_the_frame_does_not_save_it() {
     }
 }
 
-/// FMPIE, FFIE and FOVIE of FIFO 0; those of FIFO 1 sit three higher.
+/// FMPIE, FFIE and FOVIE of FIFO 0; those of FIFO 1 are three higher.
 #[test]
 fn each_cause_drives_the_interrupt_of_its_fifo() {
     for (fifo, own, other) in [(0, RF0R, RF1R), (1, RF1R, RF0R)] {

@@ -108,8 +108,8 @@ fn silent_mode_does_not_acknowledge() {
     bench.until("a verdict", |bench| bench.lec() != 7);
     assert_eq!(bench.wire.counters().ack_errors, 1);
     assert_eq!(bench.read(RF0R), 0);
-    // The own acknowledgement is heard inside ("the bit is rerouted internally", 32.5.1); the error flag of the
-    // transmitter is what breaks the frame.
+    // The controller reads its own acknowledgement internally ("the bit is rerouted internally", 32.5.1). The error
+    // flag of the transmitter destroys the frame.
     assert_eq!(bench.lec(), 2);
 }
 

@@ -282,7 +282,7 @@ fn a_request_before_synchronisation_waits_for_it() {
     bench.changes_after(bits(11 + EMPTY_BITS), |bench| bench.status(0), 0, RQCP | TXOK);
 }
 
-/// An error passive transmitter waits 8 bits more (ISO 11898-1, 10.4.6): another node overtakes it.
+/// An error passive transmitter waits 8 bits more (ISO 11898-1, 10.4.6): another node sends first.
 #[test]
 fn a_passive_transmitter_lets_others_go_first() {
     for (failures, order) in [(15, [0x100, 0x200]), (17, [0x200, 0x100])] {

@@ -28,24 +28,24 @@ impl Memory {
         })
     }
 
-    /// Loads without a trace.
+    /// Loads without recording the access.
     pub fn peek(&mut self, address: u32, width: Width) -> Option<u32> {
         let bytes = self.bytes(address, width, |_| true)?;
         Some(bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte)))
     }
 
-    /// Stores without a trace, also what the bus cannot write.
+    /// Stores without recording the access, also to memory that the bus cannot write.
     pub fn poke(&mut self, address: u32, width: Width, value: u32) {
         let bytes = self.bytes(address, width, |_| true).expect("memory");
         bytes.copy_from_slice(&value.to_le_bytes()[..width.bytes() as usize]);
     }
 
-    /// Stores words without a trace.
+    /// Stores words without recording the access.
     pub fn poke_words(&mut self, address: u32, words: impl IntoIterator<Item = u32>) {
         words.into_iter().zip((address..).step_by(4)).for_each(|(word, at)| self.poke(at, Width::Word, word));
     }
 
-    /// Stores code without a trace.
+    /// Stores code without recording the access.
     pub fn poke_code(&mut self, address: u32, code: &[u16]) {
         for (at, &half) in (address..).step_by(2).zip(code) {
             self.poke(at, Width::Half, u32::from(half));

@@ -19,7 +19,7 @@ pub const STACK: u32 = RAM + 0x2000;
 pub const CODE: u32 = FLASH + 0x400;
 /// The handler of exception n begins at `HANDLERS + 32 * n`.
 pub const HANDLERS: u32 = FLASH + 0x800;
-/// Nothing answers here.
+/// Address without memory.
 pub const NOWHERE: u32 = 0x6000_0000;
 
 /// Memories, and a record of the accesses to them.
@@ -176,7 +176,7 @@ impl Board {
         self.run_from_ram(LDR, address, 0).r[2]
     }
 
-    /// Runs an instruction with r0 and r1, and takes back what it did to registers.
+    /// Runs an instruction with r0 and r1, and restores the registers.
     fn run_from_ram(&mut self, code: u16, r0: u32, r1: u32) -> Registers {
         let before = self.core.registers();
         self.bus.memory.poke_code(RAM + 0x3FF0, &[code]);

@@ -1,7 +1,7 @@
 //! The crate `bxcan` on `stm32f4xx-hal`: scenarios that it passes on silicon, for the twin to pass.
 //!
-//! They follow the hardware test suite of `bxcan` in words of our own: loopback, filters of all four forms, priority, abort,
-//! FIFOs, interrupts, sleep. Both controllers are on one bus.
+//! They reimplement the hardware test suite of `bxcan`: loopback, filters of all four forms, priority, abort, FIFOs,
+//! interrupts, sleep. Both controllers are on one bus.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]

@@ -1,4 +1,4 @@
-//! The board that asks and the board that answers.
+//! The requesting board and the answering board.
 
 use defmt::{info, warn};
 use embassy_executor::Spawner;
@@ -27,9 +27,9 @@ bind_interrupts!(struct Irqs {
 
 const QUESTION: u16 = 0x100;
 const ANSWER: u16 = 0x200;
-/// Between two questions.
+/// Period of the requests.
 const PERIOD: Duration = Duration::from_millis(1);
-/// An answer that takes longer is lost.
+/// Time after which a response counts as lost.
 const PATIENCE: Duration = Duration::from_millis(5);
 
 #[embassy_executor::main]
@@ -51,7 +51,7 @@ async fn ask(mut tx: CanTx<'static>, mut rx: CanRx<'static>) -> ! {
     for number in 0.. {
         ticker.next().await;
         tx.write(&frame(QUESTION, number)).await;
-        // Answers to questions before this one come late, after a bus-off.
+        // Responses to earlier requests may arrive late, after a bus-off.
         let answered = async { while listen(&mut rx, ANSWER, &mut bus).await != number {} };
         match select(answered, Timer::after(PATIENCE)).await {
             Either::First(()) => bus.worked(),
@@ -70,7 +70,7 @@ async fn answer(mut tx: CanTx<'static>, mut rx: CanRx<'static>) -> ! {
     }
 }
 
-/// The number in the next frame with this identifier.
+/// Returns the number in the next frame with this identifier.
 async fn listen(rx: &mut CanRx<'static>, id: u16, bus: &mut Bus) -> u32 {
     loop {
         match rx.read().await {
@@ -85,7 +85,7 @@ async fn listen(rx: &mut CanRx<'static>, id: u16, bus: &mut Bus) -> u32 {
     }
 }
 
-/// What is known of the bus.
+/// Known state of the bus.
 struct Bus {
     works: bool,
 }

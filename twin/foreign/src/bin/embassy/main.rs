@@ -1,7 +1,7 @@
-//! The CAN driver of `embassy-stm32`, `embassy_stm32::can`: two boards talk on one bus.
+//! The CAN driver of `embassy-stm32`, `embassy_stm32::can`: two boards communicate on one bus.
 //!
-//! A board whose PA2 is tied to ground answers; the other one asks every millisecond. Both log when the bus fails and when it
-//! works again. Recovery from bus-off is the driver's (ABOM).
+//! A board whose PA2 is tied to ground answers; the other one sends a request every millisecond. Both log when the bus
+//! fails and when it works again. The controller recovers from bus-off automatically (ABOM).
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]

@@ -76,7 +76,8 @@ fn cut_without_node_up_to_another_one_is_no_cut() {
     ]);
 }
 
-/// Given a short of a piece of cable, then another one with its level changes nothing, until a break makes two pieces.
+/// Given a short of a piece of cable, then a second short with the same level changes nothing, until a break makes two
+/// pieces.
 #[test]
 fn second_short_of_a_piece_changes_its_level_or_nothing() {
     answers(&[

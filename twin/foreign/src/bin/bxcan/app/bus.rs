@@ -26,7 +26,7 @@ fn both_ways(rig: &mut Rig) -> Outcome {
     check!(rig.can2.receive().is_ok_and(|frame| frame == there));
     check!(rig.can2.transmit(&back).is_ok());
     check!(eventually(|| rig.can1.receive().is_ok_and(|frame| frame == back)));
-    // A sender does not hear itself.
+    // A sender does not receive its own frame.
     check!(matches!(rig.can2.receive(), Err(nb::Error::WouldBlock)));
     Ok(())
 }
@@ -42,7 +42,7 @@ fn split_of_the_filters(rig: &mut Rig) -> Outcome {
     Ok(())
 }
 
-/// CAN2 receives by its own banks alone, wherever the split lies.
+/// CAN2 receives by its own banks only, for any split of the banks.
 fn filters_of_the_slave(rig: &mut Rig) -> Outcome {
     rig.both_on_the_bus();
     for split in [1, 9, 27] {
@@ -64,8 +64,8 @@ fn filters_of_the_slave(rig: &mut Rig) -> Outcome {
     Ok(())
 }
 
-/// A silent controller acknowledges nothing, so the other one goes on sending. It hears the frame as soon as the sender is error
-/// passive and its error flags are recessive.
+/// A silent controller does not acknowledge, so the other one continues to send. It receives the frame as soon as the
+/// sender is error passive and its error flags are recessive.
 fn silent(rig: &mut Rig) -> Outcome {
     rig.both_on_the_bus();
     rig.can2.modify_config().set_silent(true).enable();
@@ -95,7 +95,7 @@ fn single_shot(rig: &mut Rig) -> Outcome {
     Ok(())
 }
 
-/// Given automatic wake-up, the frame that wakes the controller is sent again until it is heard.
+/// Given automatic wake-up, the frame that wakes the controller is sent again until it is received.
 fn wake_up_by_traffic(rig: &mut Rig) -> Outcome {
     rig.both_on_the_bus();
     rig.can1.enable_interrupt(Interrupt::Wakeup);
@@ -112,7 +112,7 @@ fn wake_up_by_traffic(rig: &mut Rig) -> Outcome {
     Ok(())
 }
 
-/// Without it the interrupt comes, and the program wakes the controller.
+/// Without automatic wake-up the interrupt is raised, and the program wakes the controller.
 fn wake_up_by_software(rig: &mut Rig) -> Outcome {
     rig.both_on_the_bus();
     rig.can1.enable_interrupt(Interrupt::Wakeup);

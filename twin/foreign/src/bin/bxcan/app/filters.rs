@@ -48,7 +48,7 @@ fn mask32_extended(rig: &mut Rig) -> Outcome {
     check!(!rig.admits(&Frame::new_data(extended(1000), []))?);
     check!(!rig.admits(&Frame::new_data(standard(0), []))?);
     check!(!rig.admits(&Frame::new_data(StandardId::MAX, []))?);
-    // Half of the bits do not matter.
+    // Half of the bits are not compared.
     let upper = Mask32::frames_with_ext_id(extended(0x1234_0000), extended(0x1FFF_0000));
     rig.can1.modify_filters().clear().enable_bank(0, Fifo::Fifo0, upper);
     check!(rig.admits(&Frame::new_data(extended(0x1234_FFFF), []))?);
@@ -148,7 +148,7 @@ fn matched(rig: &mut Rig, frame: &Frame) -> Result<(usize, u8), &'static str> {
     Ok((fifo, number))
 }
 
-/// Filters are numbered for each FIFO, over all banks of the controller, those that are off included (RM0090 figure 342).
+/// Filters are numbered per FIFO over all banks of the controller, including inactive ones (RM0090 figure 342).
 fn match_numbers(rig: &mut Rig) -> Outcome {
     rig.self_test();
     let list32 = |a, b| [a, b].map(|id| ListEntry32::data_frames_with_id(standard(id)));

@@ -1,4 +1,4 @@
-//! One controller that hears itself: mailboxes, FIFOs and their interrupts.
+//! One controller in loopback: mailboxes, FIFOs and their interrupts.
 
 use bxcan::filter::{ListEntry32, Mask32};
 use bxcan::{ExtendedId, Fifo, Frame, Id, Interrupt, Mailbox};
@@ -68,7 +68,7 @@ fn priority(rig: &mut Rig) -> Outcome {
     Ok(())
 }
 
-/// Given full mailboxes, a more urgent frame takes the place of the least urgent one, which comes back.
+/// Given full mailboxes, a more urgent frame replaces the least urgent one, which is returned.
 fn fourth_frame_replaces_the_lowest(rig: &mut Rig) -> Outcome {
     rig.self_test();
     rig.admit_all();
@@ -80,7 +80,7 @@ fn fourth_frame_replaces_the_lowest(rig: &mut Rig) -> Outcome {
     }
     let status = rig.can1.transmit(&frame(0)).map_err(|_| "no mailbox")?;
     check!(status.dequeued_frame() == Some(&frame(3)));
-    // One that is less urgent than all waits outside.
+    // A frame that is less urgent than all is not accepted.
     check!(matches!(rig.can1.transmit(&frame(4)), Err(nb::Error::WouldBlock)));
     Ok(())
 }
@@ -108,7 +108,7 @@ fn abort(rig: &mut Rig) -> Outcome {
     let (first, second) = (sent(rig, 0x222)?, sent(rig, 0x111)?);
     check!(rig.can1.abort(first));
     check!(!rig.can1.abort(first));
-    // On its way it cannot be stopped any more.
+    // During its transmission it can no longer be stopped.
     cortex_m::asm::delay(168 * 1_000);
     check!(!rig.can1.abort(second));
     check!(rig.can1.receive().is_ok_and(|frame| frame.id() == Id::Standard(standard(0x111))));
@@ -160,7 +160,7 @@ fn fifo_full(rig: &mut Rig) -> Outcome {
     Ok(())
 }
 
-/// Given a full FIFO, the next frame takes the place of the newest, and the loss is reported once.
+/// Given a full FIFO, the next frame replaces the newest, and the loss is reported once.
 fn fifo_overrun(rig: &mut Rig) -> Outcome {
     rig.self_test();
     rig.admit_all();
@@ -208,7 +208,7 @@ fn sleep_interrupt(rig: &mut Rig) -> Outcome {
     rig.can1.clear_sleep_interrupt();
     NVIC::unpend(Irq::CAN1_SCE);
     check!(!NVIC::is_pending(Irq::CAN1_SCE));
-    // What is requested meanwhile goes out after the wake-up.
+    // A frame requested meanwhile is sent after the wake-up.
     check!(rig.can1.transmit(&Frame::new_data(standard(5), [])).is_ok());
     check!(!eventually(|| rig.can1.is_transmitter_idle()));
     rig.can1.wakeup();

@@ -9,7 +9,7 @@ use rig::{Outcome, Rig};
 use stm32f4xx_hal::pac;
 use {defmt_rtt as _, panic_probe as _};
 
-/// What a scenario is called in the log, and what it does.
+/// Name of a scenario in the log, and its function.
 type Scenario = (&'static str, fn(&mut Rig) -> Outcome);
 
 #[cortex_m_rt::entry]

@@ -1,4 +1,4 @@
-//! Both controllers, and what every scenario does with them.
+//! Both controllers, and operations that every scenario uses.
 
 use bxcan::filter::Mask32;
 use bxcan::{Fifo, Frame, Interrupts, Mailbox, StandardId};
@@ -8,7 +8,7 @@ use stm32f4xx_hal::pac::{self, CAN1, CAN2, Interrupt};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
-/// What a scenario found; the error is what did not hold.
+/// Result of a scenario; the error is the condition that failed.
 pub type Outcome = Result<(), &'static str>;
 
 /// Fails a scenario with its condition as the reason.
@@ -27,7 +27,7 @@ const FAST: u32 = 0x0123_0000;
 const SLOW: u32 = 0x007F_03FF;
 /// 1 Mbit/s, sample point at 78.6 %.
 pub const MEGABIT: u32 = 0x0029_0002;
-/// Looks at a condition before it is given up: 10 ms and more at 168 MHz.
+/// Reads of a condition before it fails: at least 10 ms at 168 MHz.
 const PATIENCE: u32 = 200_000;
 
 /// Both controllers.
@@ -50,13 +50,13 @@ impl Rig {
         }
     }
 
-    /// CAN1 hears itself alone, at high speed, and is empty; CAN2 is off the bus.
+    /// Sets CAN1 to silent loopback at high speed and empties it; CAN2 is off the bus.
     pub fn self_test(&mut self) {
         self.go(FAST);
         self.can2.sleep();
     }
 
-    /// The same at the slowest rate.
+    /// As [`Rig::self_test`], at the slowest rate.
     pub fn slow_self_test(&mut self) {
         self.go(SLOW);
     }
@@ -66,7 +66,7 @@ impl Rig {
         self.empty();
     }
 
-    /// Both controllers take part in their bus, and every frame goes into FIFO 0 of either.
+    /// Joins both controllers to the bus. Every frame goes into FIFO 0 of either.
     pub fn both_on_the_bus(&mut self) {
         self.can1.modify_config().set_loopback(false).set_silent(false).set_bit_timing(MEGABIT).enable();
         self.can2.modify_config().set_loopback(false).set_silent(false).set_bit_timing(MEGABIT).enable();
@@ -77,12 +77,12 @@ impl Rig {
         self.empty();
     }
 
-    /// CAN1 admits every frame into FIFO 0.
+    /// Makes CAN1 admit every frame into FIFO 0.
     pub fn admit_all(&mut self) {
         self.can1.modify_filters().clear().enable_bank(0, Fifo::Fifo0, Mask32::accept_all());
     }
 
-    /// Forgets what waits and what was received, interrupts included.
+    /// Discards waiting and received frames, and interrupts.
     pub fn empty(&mut self) {
         for mailbox in [Mailbox::Mailbox0, Mailbox::Mailbox1, Mailbox::Mailbox2] {
             self.can1.abort(mailbox);
@@ -98,7 +98,7 @@ impl Rig {
         }
     }
 
-    /// CAN1 sends `frame`; returns once it is out.
+    /// Sends `frame` from CAN1. Returns when it has been sent.
     pub fn send(&mut self, frame: &Frame) -> Outcome {
         check!(nb::block!(self.can1.transmit(frame)).is_ok());
         check!(!self.can1.is_transmitter_idle());
@@ -106,7 +106,8 @@ impl Rig {
         Ok(())
     }
 
-    /// CAN1 sends `frame` to itself: whether its filters admit it. What comes back is the same frame.
+    /// Sends `frame` from CAN1 to itself. Returns whether its filters admit it. Checks that the received frame is the
+    /// same.
     pub fn admits(&mut self, frame: &Frame) -> Result<bool, &'static str> {
         self.send(frame)?;
         match self.can1.receive() {
@@ -128,7 +129,7 @@ fn config() -> Config {
     Config::hse(8.MHz()).bypass_hse_oscillator()
 }
 
-/// Waits for a condition; whether it came.
+/// Waits for a condition. Returns whether it became true.
 pub fn eventually(mut condition: impl FnMut() -> bool) -> bool {
     (0..PATIENCE).any(|_| condition())
 }
