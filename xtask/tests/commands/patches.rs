@@ -53,6 +53,18 @@ fn every_patch_of_the_project_applies() {
     }
 }
 
+/// Given the patches that violate requirements, each is in a file with the name of its requirement.
+#[test]
+fn patch_of_a_requirement_has_its_name() {
+    let folder = root().join("xtask/compliance/patches");
+    for entry in fs::read_dir(&folder).expect("a folder") {
+        let file = entry.expect("a file").path();
+        let text = fs::read_to_string(&file).expect("UTF-8");
+        let id = text.lines().find_map(|line| line.strip_prefix("Verifies: "));
+        assert_eq!(id, file.file_stem().and_then(|name| name.to_str()), "{}", file.display());
+    }
+}
+
 /// Given patches whose commands fail with the text of the head, fail with another text, and succeed, then the first one is found
 /// and the others are not. The commands run in a patched copy, one patch at a time, and the project stays as it is.
 #[test]
