@@ -25,8 +25,11 @@ use firmware_images::support::output;
 use firmware_images::support::project::path;
 
 use check::{check, check_interpretations, check_pages, check_summaries};
-use requirements::{Who, clauses, interpretations, requirements, summaries};
+use requirements::{Who, clauses, interpretations, requirements};
 use sources::read_all;
+
+pub use requirements::{Summary, summaries};
+pub use tags::{Tag, Target};
 
 /// The page that it writes, from the root of the repository.
 const PAGE: &str = "docs/compliance.md";
@@ -43,9 +46,20 @@ pub struct Options {
 
 /// Names and numbers of what the table has: all requirements, and those on software.
 pub fn numbers() -> [(&'static str, usize); 2] {
-    let requirements = requirements();
-    let of_software = requirements.iter().filter(|row| row.who == Who::Software).count();
-    [("all", requirements.len()), ("software", of_software)]
+    [("all", requirements().len()), ("software", of_software().len())]
+}
+
+/// Ids of the requirements on software, in the order of the standard.
+pub fn of_software() -> Vec<String> {
+    requirements().into_iter().filter(|row| row.who == Who::Software).map(|row| row.id).collect()
+}
+
+/// Tags of all sources of the project.
+///
+/// # Errors
+/// A source that cannot be read or is not Rust.
+pub fn tags() -> anyhow::Result<Vec<Tag>> {
+    read_all(&path("."))
 }
 
 /// Writes the page, or checks it. Prints how many requirements are traced.
@@ -54,7 +68,7 @@ pub fn numbers() -> [(&'static str, usize); 2] {
 /// A source or table that cannot be read; a page that cannot be written; with `--check` everything that is wrong.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     let requirements = requirements();
-    let tags = read_all(&path("."))?;
+    let tags = tags()?;
     let mut findings = check(&requirements, &tags);
     findings.extend(check_interpretations(&requirements, &interpretations(), &path(DOCS)));
     findings.extend(check_pages(&requirements, &path(DOCS)));

@@ -8,17 +8,18 @@ use anyhow::Context;
 use cargo_metadata::MetadataCommand;
 use firmware_images::support::project::path;
 
-use super::tags::{self, Reading, Tag};
+use super::tags::{self, Reading, Tag, Target};
 
 /// Where a target begins.
 pub struct Root {
     path: PathBuf,
     is_tested: bool,
+    target: Target,
 }
 
 /// A target whose first file is `path`; `is_tested`: `cargo test` runs its tests.
-pub fn root(path: &Path, is_tested: bool) -> Root {
-    Root { path: path.to_owned(), is_tested }
+pub fn root(path: &Path, is_tested: bool, target: Target) -> Root {
+    Root { path: path.to_owned(), is_tested, target }
 }
 
 /// Tags of all sources of the workspace in `folder`.
@@ -31,9 +32,31 @@ pub fn read_all(folder: &Path) -> anyhow::Result<Vec<Tag>> {
         .no_deps()
         .exec()
         .context("cargo does not tell the packages of the workspace")?;
-    let targets = metadata.packages.iter().flat_map(|package| &package.targets);
-    let roots = targets.map(|target| root(target.src_path.as_std_path(), target.test)).collect();
+    let mut roots = Vec::new();
+    for package in &metadata.packages {
+        let place = metadata.workspace_default_members.iter().position(|member| *member == package.id);
+        let name = package.name.to_string();
+        let own =
+            package.manifest_path.parent().map(|folder| shown(folder.as_std_path())).unwrap_or_default();
+        roots.extend(package.targets.iter().map(|target| {
+            let options = options(target);
+            let own = Target { package: name.clone(), folder: own.clone(), options, place };
+            root(target.src_path.as_std_path(), target.test, own)
+        }));
+    }
     read(roots, folder)
+}
+
+/// Options of `cargo test` that select a target of its package.
+fn options(target: &cargo_metadata::Target) -> Vec<String> {
+    let named = |option: &str| vec![option.to_owned(), target.name.clone()];
+    match () {
+        () if target.is_bin() => named("--bin"),
+        () if target.is_test() => named("--test"),
+        () if target.is_example() => named("--example"),
+        () if target.is_bench() => named("--bench"),
+        () => vec!["--lib".to_owned()],
+    }
 }
 
 /// Tags of the sources that these roots lead to, and of sources in `folder` that none of them leads to. A file that is
@@ -45,25 +68,32 @@ pub fn read(mut roots: Vec<Root>, folder: &Path) -> anyhow::Result<Vec<Tag>> {
     roots.sort_by_key(|root| !root.is_tested);
     let (mut found, mut seen) = (Vec::new(), BTreeSet::new());
     for root in roots {
-        let mut files = vec![(root.path.clone(), true)];
-        while let Some((file, is_root)) = files.pop() {
+        let mut files = vec![(root.path.clone(), Vec::new())];
+        while let Some((file, around)) = files.pop() {
             let file = fs::canonicalize(&file).with_context(|| format!("cannot find {}", file.display()))?;
             if !seen.insert(file.clone()) {
                 continue;
             }
-            let reading = Reading { file: shown(&file), is_tested: root.is_tested };
+            let is_root = around.is_empty();
+            let reading = Reading {
+                file: shown(&file),
+                is_tested: root.is_tested,
+                target: root.target.clone(),
+                modules: around,
+            };
             let source = tags::read(&text(&file)?, &reading)?;
             found.extend(source.tags);
             let modules = if is_root || file.ends_with("mod.rs") { file.parent() } else { None };
             let modules = modules.map_or_else(|| file.with_extension(""), Path::to_owned);
-            files.extend(source.modules.iter().map(|module| (module.file(&file, &modules), false)));
+            let inner = source.modules.iter();
+            files.extend(inner.map(|module| (module.file(&file, &modules), module.names(&reading.modules))));
         }
     }
     for file in rust_files(folder)? {
         if seen.contains(&file) {
             continue;
         }
-        let reading = Reading { file: shown(&file), is_tested: false };
+        let reading = Reading { file: shown(&file), ..Reading::default() };
         // Snippets that are no Rust of ours, but a tag in them would be one that nothing runs.
         let text = text(&file)?;
         if text.contains("Verifies:") {

@@ -16,6 +16,10 @@ pub struct Tag {
     pub line: usize,
     /// The function; empty: the comment is not on a function.
     pub function: String,
+    /// Modules around the function, from the root of its target.
+    pub modules: Vec<String>,
+    /// The target that compiles it.
+    pub target: Target,
     /// Whether it is a test that `cargo test` runs.
     pub runs: bool,
     /// Requirements, ranges resolved; as written where they cannot be.
@@ -31,14 +35,37 @@ impl Tag {
     pub fn names(&self, id: &str) -> bool {
         self.ids.iter().chain(&self.of_module).any(|own| own == id)
     }
+
+    /// Returns the name of the test as libtest prints it: `device::saving::save_is_answered`.
+    pub fn test(&self) -> String {
+        self.modules.iter().chain([&self.function]).map(String::as_str).collect::<Vec<_>>().join("::")
+    }
+}
+
+/// A target of a package, as options of `cargo test` select it. The default is no target.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Target {
+    /// Name of the package.
+    pub package: String,
+    /// Folder of the package, from the root of the repository.
+    pub folder: String,
+    /// Options that select it within the package: `--lib`, or `--test` and a name.
+    pub options: Vec<String>,
+    /// Place of the package among those that `cargo test` runs; `None`: it runs in a later tier.
+    pub place: Option<usize>,
 }
 
 /// A source that is read.
+#[derive(Clone, Debug, Default)]
 pub struct Reading {
     /// From the root of the repository.
     pub file: String,
     /// Part of a target whose tests are run.
     pub is_tested: bool,
+    /// The target that compiles it.
+    pub target: Target,
+    /// Modules that lead to it, from the root of its target.
+    pub modules: Vec<String>,
 }
 
 /// What a source has.
@@ -59,6 +86,11 @@ pub struct Module {
 }
 
 impl Module {
+    /// Modules that lead to it from its target; `of`: those that lead to the file that declares it.
+    pub fn names(&self, of: &[String]) -> Vec<String> {
+        of.iter().chain(&self.around).chain([&self.name]).cloned().collect()
+    }
+
     /// Its file; `of`: the file that declares it, `folder`: where modules of that file are.
     pub fn file(&self, of: &Path, folder: &Path) -> PathBuf {
         if let Some(path) = &self.path {
@@ -87,6 +119,8 @@ pub fn read(text: &str, reading: &Reading) -> anyhow::Result<Source> {
     }
     for tag in &mut reader.tags {
         tag.file.clone_from(&reading.file);
+        tag.target.clone_from(&reading.target);
+        tag.modules.splice(..0, reading.modules.iter().cloned());
         tag.runs &= reading.is_tested;
     }
     Ok(Source { tags: reader.tags, modules: reader.modules })
@@ -197,7 +231,8 @@ impl Reader {
         let line = lines.first().copied().unwrap_or(0);
         let runs = is_test && !is_ignored && !function.is_empty();
         self.documented.extend(lines);
-        self.tags.push(Tag { line, function, runs, ids, of_module, noticed, ..Tag::default() });
+        let modules = self.around.clone();
+        self.tags.push(Tag { line, function, modules, runs, ids, of_module, noticed, ..Tag::default() });
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use super::requirements::{Applies, Interpretation, Kind, Method, Requirement, Summary};
 use super::sources::{read, root};
 use super::tags::Tag;
-use super::tags::{self, Reading};
+use super::tags::{self, Reading, Target};
 use super::*;
 
 /// So that this file has no tag in a comment.
@@ -32,7 +32,7 @@ fn source(lines: &[&str]) -> Vec<Tag> {
 
 /// Tests without a line `Notices:` count as if they had one for each requirement.
 fn source_of(file: &str, lines: &[&str]) -> Vec<Tag> {
-    let reading = Reading { file: file.to_owned(), is_tested: true };
+    let reading = Reading { file: file.to_owned(), is_tested: true, ..Reading::default() };
     let mut tags = tags::read(&lines.join("\n").replace("MARK", MARK), &reading).expect("Rust").tags;
     for tag in tags.iter_mut().filter(|tag| tag.noticed.is_empty()) {
         tag.noticed = tag.ids.iter().chain(&tag.of_module).cloned().collect();
@@ -207,9 +207,14 @@ fn modules_are_followed_and_files_without_target_run_nothing() {
     write("random/x.rs", "6a", "");
     write("forgotten.rs", "7a", "");
     write("untested.rs", "8a", "");
-    let roots =
-        vec![root(&folder.path().join("untested.rs"), false), root(&folder.path().join("main.rs"), true)];
+    let target = Target { package: "one".to_owned(), ..Target::default() };
+    let of = |name, is_tested| root(&folder.path().join(name), is_tested, target.clone());
+    let roots = vec![of("untested.rs", false), of("main.rs", true)];
     let found = read(roots, folder.path()).expect("Rust");
+    let tests: Vec<String> = found.iter().filter(|tag| tag.target == target).map(Tag::test).collect();
+    let names = ["child::of_2a", "child::grandchild::of_3a", "inline::deep::of_4a"];
+    let more = ["inline::deep::sibling::of_5a", "of_1a", "named::of_6a", "of_8a"];
+    assert_eq!(tests, [&names[..], &more].concat());
     let mut found: Vec<(String, bool)> =
         found.into_iter().map(|tag| (tag.ids[0].clone(), tag.runs)).collect();
     found.sort();

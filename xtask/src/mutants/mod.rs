@@ -8,6 +8,7 @@ mod patch;
 mod patches;
 mod sample;
 mod selection;
+mod tagged;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,6 +18,7 @@ use anyhow::{Context, ensure};
 use clap::{Args, value_parser};
 
 use crate::tool::{Source, Tool};
+use firmware_images::support::shard::Shard;
 use firmware_images::support::{output, project};
 use outcome::Outcome;
 use sample::Mutant;
@@ -69,9 +71,13 @@ pub struct Options {
     #[arg(long)]
     redundancy: bool,
 
-    /// Try the defects of these patch files instead, each by the command in its head [default: all patches of the project]
+    /// Try the defects of these patch files instead, each by the command or the tests that its head names [default: all patches of the project]
     #[arg(long, value_name = "FILE", num_args = 0.., conflicts_with_all = ["sample", "seed", "at_least", "by_clause", "applications", "redundancy"])]
     patch: Option<Vec<PathBuf>>,
+
+    /// Try part I of N of the patches
+    #[arg(long, value_name = "I/N", requires = "patch")]
+    shard: Option<Shard>,
 
     /// Print the sample, or the patches, and end
     #[arg(long)]
@@ -106,10 +112,17 @@ impl Options {
 /// When a patch is wrong or its defect is not found, when cargo-mutants is missing or fails, or when tests caught too few.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(files) = &options.patch {
-        let patches = patches::read(files)?;
+        let all = patches::read(files)?;
+        let total = all.len() as u64;
+        if let Some(shard) = options.shard {
+            shard.check(COMMAND, total, "patches")?;
+        }
+        let share = options.shard.map_or(0..total, |shard| shard.share(total));
+        let patches = &all[share.start as usize..share.end as usize];
+        let tests = patches::Tests::of(patches)?;
         return match options.list {
-            true => patches::print(&patches),
-            false => patches::run(&patches, &options.out.join("patches")),
+            true => patches::print(patches, &tests),
+            false => patches::run(patches, &tests, &options.out.join("patches")),
         };
     }
     let program = MUTANTS.find(&options.source)?;

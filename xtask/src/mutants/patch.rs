@@ -1,6 +1,14 @@
 //! A deliberate defect as a patch file, with a head that says how it is found.
 //!
-//! A *patch* is a unified diff against the root of the repository. These lines are before the diff, each once, in any order:
+//! A *patch* is a unified diff against the root of the repository. The lines before the diff have one of two forms, each line once, in
+//! any order. A patch that violates a requirement of the standard names it:
+//!
+//! ```text
+//! Verifies: 8.3.3h
+//! Defect: The slave toggles one consumer time early.
+//! ```
+//!
+//! One of the tests with the tag of that requirement must fail on the patched code. Any other patch names a command:
 //!
 //! ```text
 //! Rule: lost-minority
@@ -18,28 +26,43 @@ use std::process::Command;
 
 use anyhow::Context;
 
-/// Keys of the head.
-const KEYS: [&str; 4] = ["Rule", "Defect", "Command", "Finds"];
+/// Keys of the head, of both forms.
+const KEYS: [&str; 5] = ["Verifies", "Rule", "Defect", "Command", "Finds"];
+/// Keys of the form with a command that the other form lacks.
+const OF_COMMAND: [&str; 3] = ["Rule", "Command", "Finds"];
 
 /// A patch file.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Patch {
     /// Absolute path.
     pub file: PathBuf,
+    /// Files that the diff changes, from the root of the repository.
+    pub changed: Vec<String>,
     pub head: Head,
 }
 
 /// How a defect is found.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Head {
-    /// Name of the rule that is broken.
-    pub rule: String,
     /// The defect, in a sentence.
     pub defect: String,
-    /// Arguments of cargo.
-    pub command: Vec<String>,
-    /// Part of the output of the command.
-    pub finds: String,
+    pub finder: Finder,
+}
+
+/// What must find a defect.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Finder {
+    /// A test with the tag of this requirement, by failing.
+    Tests { requirement: String },
+    /// A command, by failing with a text.
+    Command {
+        /// Name of the rule that is broken.
+        rule: String,
+        /// Arguments of cargo.
+        arguments: Vec<String>,
+        /// Part of the output of the command.
+        finds: String,
+    },
 }
 
 impl Head {
@@ -60,26 +83,49 @@ impl Head {
             }
         }
         let value = |key| {
-            let found = values.get(key).filter(|value| !value.is_empty());
-            found.copied().ok_or_else(|| format!("no line \"{key}: ...\" before the diff"))
+            let found = values.get(key).filter(|value| !value.is_empty()).map(|value| (*value).to_owned());
+            found.ok_or_else(|| format!("no line \"{key}: ...\" before the diff"))
         };
-        let [rule, defect, command, finds] = KEYS.map(value);
-        let (rule, defect, command, finds) = (rule?, defect?, command?, finds?);
+        if !values.contains_key("Verifies") && !values.contains_key("Rule") {
+            return Err("no line \"Verifies: ...\" or \"Rule: ...\" before the diff".to_owned());
+        }
+        if values.contains_key("Verifies") {
+            if let Some(other) = OF_COMMAND.iter().find(|key| values.contains_key(*key)) {
+                return Err(format!(
+                    "\"{other}: ...\" beside \"Verifies: ...\" before the diff: the tag selects the tests; allowed is one form"
+                ));
+            }
+            let finder = Finder::Tests { requirement: value("Verifies")? };
+            return Ok(Head { defect: value("Defect")?, finder });
+        }
+        let (rule, defect, command, finds) =
+            (value("Rule")?, value("Defect")?, value("Command")?, value("Finds")?);
         let mut words = command.split_whitespace().map(str::to_owned);
         if words.next().as_deref() != Some("cargo") {
             return Err(format!("the command {command:?} does not begin with \"cargo\""));
         }
-        Ok(Head {
-            rule: rule.to_owned(),
-            defect: defect.to_owned(),
-            command: words.collect(),
-            finds: finds.to_owned(),
-        })
+        Ok(Head { defect, finder: Finder::Command { rule, arguments: words.collect(), finds } })
+    }
+
+    /// Returns the requirement or the rule that the patch breaks.
+    pub fn name(&self) -> &str {
+        match &self.finder {
+            Finder::Tests { requirement } => requirement,
+            Finder::Command { rule, .. } => rule,
+        }
     }
 }
 
 fn allowed() -> String {
     KEYS.map(|key| format!("\"{key}: ...\"")).join(", ")
+}
+
+/// Returns the files that a diff changes: those of its lines `--- a/file` and `+++ b/file`.
+fn changed(diff: &str) -> Vec<String> {
+    let named = diff.lines().filter_map(|line| line.strip_prefix("--- a/").or(line.strip_prefix("+++ b/")));
+    let mut files: Vec<String> = named.map(|file| file.trim_end().to_owned()).collect();
+    files.dedup();
+    files
 }
 
 impl Patch {
@@ -91,9 +137,10 @@ impl Patch {
         let wrong = |text: String| format!("{}: {text}", file.display());
         let text = std::fs::read(file).map_err(|error| wrong(error.to_string()))?;
         // The diff may have any encoding: git reads it.
-        let head = Head::parse(&String::from_utf8_lossy(&text)).map_err(wrong)?;
+        let text = String::from_utf8_lossy(&text);
+        let head = Head::parse(&text).map_err(wrong)?;
         let file = file.canonicalize().map_err(|error| wrong(error.to_string()))?;
-        Ok(Patch { file, head })
+        Ok(Patch { file, changed: changed(&text), head })
     }
 
     /// Applies the patch to the tree in `root`, or with `--check` among the `options` only tries to. Returns what git says if the patch
@@ -123,19 +170,34 @@ mod tests {
     #[test]
     fn head_ends_at_the_diff() {
         let head = Head::parse(&format!("{HEAD}\ndiff --git a/a b/a\n--- a/a\n+++ b/a\nRule: of the diff\n"));
-        let expected = Head {
+        let finder = Finder::Command {
             rule: "a-rule".into(),
-            defect: "It does not hold.".into(),
-            command: ["test", "-p", "a"].map(str::to_owned).to_vec(),
+            arguments: ["test", "-p", "a"].map(str::to_owned).to_vec(),
             finds: "a: b".into(),
         };
-        assert_eq!(head, Ok(expected));
+        assert_eq!(head, Ok(Head { defect: "It does not hold.".into(), finder }));
+    }
+
+    #[test]
+    fn head_may_name_a_requirement_instead_of_a_command() {
+        let head = Head::parse("Verifies: 8.3.3h\nDefect: It does not hold.\n\n--- a/a\n");
+        let finder = Finder::Tests { requirement: "8.3.3h".into() };
+        assert_eq!(head, Ok(Head { defect: "It does not hold.".into(), finder }));
+    }
+
+    #[test]
+    fn changed_files_are_those_of_both_sides_of_the_diff() {
+        let diff = "--- a/one\n+++ b/one\n@@ -1 +1 @@\n-a\n+b\n--- /dev/null\n+++ b/two\n--- a/three\n+++ /dev/null\n";
+        assert_eq!(changed(diff), ["one", "two", "three"]);
     }
 
     #[test]
     fn wrong_head_is_refused_with_what_is_allowed() {
         for (text, expected) in [
-            ("", "no line \"Rule: ...\" before the diff".to_owned()),
+            ("", "no line \"Verifies: ...\" or \"Rule: ...\" before the diff".to_owned()),
+            ("Verifies: 8.3.3h\n", "no line \"Defect: ...\"".to_owned()),
+            (&format!("Verifies: 8.3.3h\n{HEAD}"), "\"Rule: ...\" beside \"Verifies: ...\"".to_owned()),
+            ("Verifies: 1a\nDefect: It.\nFinds: a\n", "\"Finds: ...\" beside".to_owned()),
             (&HEAD.replace("Finds: a: b\n", "--- a\nFinds: a\n"), "no line \"Finds: ...\"".to_owned()),
             (&HEAD.replace("a-rule", " "), "no line \"Rule: ...\"".to_owned()),
             (&format!("{HEAD}Rule: b\n"), "two lines \"Rule: ...\"".to_owned()),

@@ -22,21 +22,22 @@ fn a_consumer_knows_the_active_errors_of_each_node() {
     assert!(errors.on_emergency(node(3), &emergency(0x4200, 0x09, [1, 0, 0, 0, 0])));
     assert!(errors.on_emergency(node(3), &emergency(0x8130, 0x19, [7, 0, 0, 0, 0])));
     assert!(errors.on_emergency(node(4), &emergency(0x4200, 0x09, [1, 0, 0, 0, 0])));
+    assert!(errors.on_emergency(node(4), &emergency(0x8130, 0x19, [7, 0, 0, 0, 0])));
     // Twice is once.
     assert!(errors.on_emergency(node(3), &emergency(0x4200, 0x19, [1, 0, 0, 0, 0])));
-    assert_eq!(known(&errors), [(3, 0x4200, 1), (3, 0x8130, 7), (4, 0x4200, 1)]);
+    assert_eq!(known(&errors), [(3, 0x4200, 1), (3, 0x8130, 7), (4, 0x4200, 1), (4, 0x8130, 7)]);
     // The end of an error of another source, the end of a known one, and an error that is no longer in the register.
     errors.on_emergency(node(3), &emergency(0, 0x19, [0x30, 0x81, 6, 0, 0]));
-    assert_eq!(known(&errors).len(), 3);
+    assert_eq!(known(&errors).len(), 4);
     errors.on_emergency(node(3), &emergency(0, 0x09, [0x30, 0x81, 7, 0, 0]));
-    assert_eq!(known(&errors), [(3, 0x4200, 1), (4, 0x4200, 1)]);
+    assert_eq!(known(&errors), [(3, 0x4200, 1), (4, 0x4200, 1), (4, 0x8130, 7)]);
     errors.on_emergency(node(3), &emergency(0x5000, 0x01, [0; 5]));
-    assert_eq!(known(&errors), [(3, 0x5000, 0), (4, 0x4200, 1)]);
+    assert_eq!(known(&errors), [(3, 0x5000, 0), (4, 0x4200, 1), (4, 0x8130, 7)]);
     // Another make: "no error" without a code, and a register without the generic bit.
     errors.on_emergency(node(5), &emergency(0x8120, 0x10, [0; 5]));
-    assert_eq!(known(&errors).len(), 3);
+    assert_eq!(known(&errors).len(), 4);
     errors.on_emergency(node(5), &emergency(0, 0, [0; 5]));
-    assert_eq!(known(&errors).len(), 2);
+    assert_eq!(known(&errors).len(), 3);
     errors.forget(node(4));
     assert_eq!(known(&errors), [(3, 0x5000, 0)]);
 }

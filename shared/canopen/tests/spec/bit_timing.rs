@@ -230,7 +230,7 @@ fn the_settings_at_42_mhz() {
     );
 }
 
-/// Notices: ECSS 5.4.3c: of options with equal propagation the one with less tolerance is taken.
+/// Notices: ECSS 5.4.3c: the option with the least propagation is taken.
 ///
 /// At 42 MHz and 1 Mbit/s 21 time quanta (81.0 %, phase segments of 4) would be finer, but their propagation segment of
 /// 12/21 of the bit holds less than the 10/14 of the option chosen.
@@ -446,6 +446,7 @@ proptest! {
     #![proptest_config(cases(2_000))]
 
     /// Verifies: ECSS 5.4.3d
+    /// Notices: ECSS 5.4.3c: of options with equal propagation the one with less tolerance is taken.
     #[test]
     fn brute_force_finds_nothing_better(
         (clock, network) in networks(),
@@ -479,6 +480,12 @@ proptest! {
                     setting.propagation * quanta > chosen.unwrap().propagation * setting.quanta()
                 });
                 prop_assert!(most.is_none(), "{most:?} has more propagation than {timing:?}");
+                let tolerance = u64::from(timing.oscillator_tolerance().0);
+                let better = good.iter().find(|setting| {
+                    setting.propagation * quanta == chosen.unwrap().propagation * setting.quanta()
+                        && setting.tolerates(tolerance + 1)
+                });
+                prop_assert!(better.is_none(), "{better:?} has more tolerance than {timing:?}");
             }
             Err(error) => {
                 prop_assert!(good.is_empty(), "{error} in spite of {good:?}");
