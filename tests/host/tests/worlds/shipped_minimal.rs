@@ -240,14 +240,15 @@ fn shipped_device_returns_the_register_that_a_request_names() {
     assert!((before..before + 2).contains(&uptime), "{uptime} ms, {before} ms before");
 }
 
-/// Given bytes that the shipped device keeps, when a command by RPDO 1 has no bytes, then it keeps none.
+/// Given the shipped device, when a command by RPDO 1 has three, eight or no bytes, then it keeps these, and a request brings all of them.
 ///
 /// Verifies: ECSS 9.4.2a, 9.4.3a
 /// Notices: ECSS 9.4.1a: a command without bytes is not executed.
+/// Notices: ECSS 9.4.2a: the shipped device keeps seven bytes of a command at most.
 #[test]
 fn shipped_device_executes_a_command_without_bytes() {
     let mut world = alone(1_000);
-    for kept in [&[1, 2, 3][..], &[]] {
+    for kept in [&[1, 2, 3][..], &[1, 2, 3, 4, 5, 6, 7, 8], &[]] {
         assert!(asked(&mut world, 0x205, kept).is_empty());
         let telemetry = asked(&mut world, 0x505, &[]);
         let [sent] = &telemetry[..] else { panic!("one answer") };
