@@ -1,4 +1,4 @@
-//! What flights of the images have in common: a spacecraft of real images, and what was seen on it.
+//! Shared code for flights of the images: a spacecraft of real images, and the record of it.
 //!
 //! Flights of the images of two configurations are `tests/flight/tests/flight`, which `cargo test` flies: pyboards with profile
 //! `librecube`, and with `standby`. All others are `tests/second/tests/flights`.

@@ -11,14 +11,14 @@ use twin::spacecraft::Bus;
 use crate::*;
 
 pub const MINIMAL: u8 = 5;
-/// Of profile `librecube`: it takes part in one bus at a time.
+/// Slave of profile `librecube` that takes part in one bus at a time.
 pub const SELECTIVE: u8 = 6;
 
 /// Bits of the longest frame.
 const LONGEST: u64 = 135;
-/// From the end of a request to the end of its telemetry, at 1 Mbit/s on a bus that is free.
+/// Time from the end of a request to the end of its telemetry, at 1 Mbit/s on a free bus.
 pub const TELEMETRY_DELAY: Time = telemetry_delay(1_000);
-/// Commands, requests and replies of another slave that may go first.
+/// Duration of commands, requests and replies of another slave that may be sent first.
 pub const QUEUEING: Time = Time::from_us(3 * LONGEST);
 
 /// The delay that docs/decisions/minimal-set.md states for a bit rate: 200 us for the processor of the slave, the longest frame on
@@ -62,7 +62,7 @@ pub fn ids_of(flight: &Recording, node: u8) -> Vec<u16> {
     ids.into_iter().collect()
 }
 
-/// When the nominal bus breaks next to the master in [`mixed`].
+/// Time at which the nominal bus breaks next to the master in [`mixed`].
 pub const MIXED_CUT: Time = ms(2_013);
 
 /// A master, two full slaves, and two minimal ones: one on both buses, one with this board on one bus at a time (Figure A-6).
@@ -77,7 +77,8 @@ pub fn mixed(selective: &'static str) -> Recording {
     flight.cut_next_to_master(MIXED_CUT, 15_500)
 }
 
-/// Those on both buses follow at the first message of the master there, the selective one after Ttoggle consumer times of 2.5 s.
+/// Asserts that the slaves followed: those on both buses at the first message of the master on the other bus, the
+/// selective one after Ttoggle consumer times of 2.5 s.
 pub fn assert_slaves_followed(mixed: &Recording) {
     let moved = mixed.on(Bus::Redundant).find(|seen| seen.sender == 0).unwrap().end;
     assert!(moved < MIXED_CUT + ms(255), "{} us", moved.as_us());

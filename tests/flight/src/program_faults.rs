@@ -1,4 +1,5 @@
-//! Programs that end, from outside: the harness lets the executor poll other code in place of a task, as flipped bits in RAM would.
+//! Faults that end a program. The harness lets the executor poll other code in place of a task, which flipped bits in
+//! RAM would do too.
 
 use can_wire::time::Time;
 
@@ -15,8 +16,8 @@ pub const HANG_WITHOUT_INTERRUPTS: [u16; 2] = [0xB672, 0xE7FE];
 pub const UNDEFINED: [u16; 1] = [0xDE01];
 /// `PUSH {r0-r7}; B .-2`
 pub const OVERFLOW: [u16; 2] = [0xB4FF, 0xE7FD];
-/// What runs in place of a task begins with this: the task is noted as the one that runs, as `supervised` does.
-/// `LDR r0, [pc, #60]; LDR r1, [pc, #64]; STR r1, [r0]; NOP`, and at 40h both words.
+/// Start of the code that runs in place of a task. It notes the task as the running one, as `supervised` does. `LDR r0,
+/// [pc, #60]; LDR r1, [pc, #64]; STR r1, [r0]; NOP`, and at 40h both words.
 const NOTED: [u16; 4] = [0x480F, 0x4910, 0x6001, 0xBF00];
 /// Address of the code that runs in place of a task, behind `NOTED`.
 pub const BODY: u32 = CODE + 8;
@@ -32,7 +33,7 @@ pub fn word_at(flight: &Flight, node: u8, address: u32) -> u32 {
     u32::from_le_bytes(bytes.try_into().unwrap())
 }
 
-/// A supervised task: its storage, and the first four characters of its name.
+/// A supervised task.
 #[derive(Clone, Copy)]
 pub struct Task {
     /// Address of its storage.
@@ -41,7 +42,8 @@ pub struct Task {
     pub name: u32,
 }
 
-/// The tasks in the list of the supervisor: a name and a waker each, of which a word is the address of the storage.
+/// Returns the tasks in the list of the supervisor. An entry has a name and a waker, and one word of the waker is the
+/// address of the storage.
 ///
 /// # Panics
 /// When the image has no such list.
@@ -59,7 +61,7 @@ pub fn tasks(flight: &Flight, node: u8) -> Vec<Task> {
     tasks.collect()
 }
 
-/// The task whose name begins with these four characters.
+/// Returns the task whose name begins with these four characters.
 ///
 /// # Panics
 /// When there is none.
@@ -67,7 +69,8 @@ pub fn task_named(flight: &Flight, node: u8, name: &[u8; 4]) -> Task {
     tasks(flight, node).into_iter().find(|task| task.name.to_le_bytes() == *name).unwrap()
 }
 
-/// The place in the header of a task that holds the function that polls it: the only address of code there.
+/// Returns the address of the word in the header of a task that holds its poll function. It is the only address of code
+/// in the header.
 ///
 /// # Panics
 /// When there is none.
@@ -79,12 +82,12 @@ pub fn poll_function(flight: &Flight, node: u8, task: Task) -> u32 {
     (0..16).map(|n| task.header + 4 * n).find(is_code).unwrap()
 }
 
-/// The bytes of code.
+/// Returns the code as bytes.
 pub fn halfwords(code: &[u16]) -> Vec<u8> {
     code.iter().flat_map(|half| half.to_le_bytes()).collect()
 }
 
-/// Resets of a board by its program or its watchdog.
+/// Returns the number of resets of a board by its program or its watchdog.
 pub fn resets(flight: &Flight, node: u8) -> u64 {
     let counters = flight.emulated(node).counters();
     counters.system_resets + counters.watchdog_resets

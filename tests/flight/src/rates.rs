@@ -1,4 +1,4 @@
-//! Images for slower buses: they fly as those for 1 Mbit/s do.
+//! Checks of images for slower buses, which behave as those for 1 Mbit/s do.
 //!
 //! Profile `standard`: heartbeat and SYNC 100 ms, consumer time 250 ms.
 
@@ -20,8 +20,8 @@ fn bits(kbit: u64, count: u64) -> Time {
     Time::from_ns(1_000_000 / kbit * count)
 }
 
-/// Given images for this bit rate, then slaves are found, commanded and stamp SYNC; when the nominal bus is cut next to the master,
-/// then all of it goes on, on the other one.
+/// Given images for this bit rate, then slaves are found, commanded and stamp SYNC. When the nominal bus is cut next to
+/// the master, then all this continues on the redundant bus.
 pub fn assert_flies(kbit: u64) {
     let images = at(kbit, "standard");
     let mut flight = Flight::with(&MASTER_AND_THREE[..3], &images);
@@ -33,7 +33,7 @@ pub fn assert_flies(kbit: u64) {
         let stamps = flight.diagnostics(node).stamps.captured;
         assert!(stamps >= 7, "node {node} stamped {stamps} SYNCs");
     }
-    // Without data, 44 bits and what is stuffed into 34 of them.
+    // A frame without data has 44 bits, and stuff bits in the first 34.
     let sync = flight.sent(MASTER, Bus::Nominal, 0x080).last().unwrap();
     let length = sync.end.since(sync.start);
     let (least, most) = (bits(kbit, 43), bits(kbit, 44 + 33 / 4));
@@ -44,7 +44,8 @@ pub fn assert_flies(kbit: u64) {
     flight.fly(CUT + ms(1_000));
     let first = flight.on(Bus::Redundant).next().unwrap();
     assert_eq!((first.sender, first.id()), (0, Some(0x701)));
-    // A heartbeat period, 5 ms, and what the bus needs: 16 attempts and error flags until error passive, two frames more.
+    // A heartbeat period, 5 ms, and the time on the bus: 16 attempts with error flags until error passive, and two
+    // further frames.
     let bound = PERIOD + ms(5) + bits(kbit, 16 * (135 + 20) + 350);
     let taken = first.start.since(CUT);
     assert!(taken < bound, "{} us of {}", taken.as_us(), bound.as_us());
@@ -55,8 +56,8 @@ pub fn assert_flies(kbit: u64) {
     flight.assert_nothing_lost();
 }
 
-/// Given a master and one slave on a bus that can carry little more (profile `librecube`: heartbeat 250 ms), when its nominal bus
-/// is cut, then commands flow on the other one.
+/// Given a master and one slave on a bus that is almost fully loaded (profile `librecube`: heartbeat 250 ms), when its
+/// nominal bus is cut, then commands flow on the other one.
 pub fn assert_carries_a_slave(kbit: u64) {
     let mut flight = Flight::with(&MASTER_AND_THREE[..2], &at(kbit, "librecube"));
     flight.fly_to(2_000);

@@ -1,4 +1,4 @@
-//! A spacecraft of real images, and everything that was seen on its wires and in its logs.
+//! A spacecraft of real images, and the record of its wires and logs.
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, Range};
@@ -77,20 +77,20 @@ pub fn words<const N: usize>(board: &EmulatedBoard, variable: &str) -> [u32; N] 
 pub struct BoardSetup {
     /// Node-ID, 1 is the master.
     pub node: u8,
-    /// Name of the board that sits there.
+    /// Name of its board.
     pub board: &'static str,
     /// Error of the crystal, parts per million.
     pub ppm: f64,
     /// Metres from the left end of both wires.
     pub position_m: f64,
-    /// Milliseconds.
+    /// Time of its power-on, ms.
     pub power_on_ms: u64,
-    /// The parity strap as it should be.
+    /// Whether the parity strap is correct.
     pub parity: bool,
 }
 
 impl BoardSetup {
-    /// With the shipped images, profile `librecube`.
+    /// Returns the configuration with the shipped images, profile `librecube`.
     pub fn config(self) -> BoardConfig {
         self.with(match self.board {
             PYBOARD_V11 => &PYBOARD,
@@ -99,7 +99,7 @@ impl BoardSetup {
         })
     }
 
-    /// With these images.
+    /// Returns the configuration with these images.
     pub fn with(self, [master, slave]: &Images) -> BoardConfig {
         let image = if self.node == MASTER { master } else { slave };
         BoardConfig {
@@ -112,8 +112,8 @@ impl BoardSetup {
         }
     }
 
-    /// Bits 0 to 3, then odd parity, on the pins of `docs/wiring.md`; closed is tied to ground. The master's image reads
-    /// none.
+    /// Returns the straps: bits 0 to 3, then odd parity, on the pins of `docs/wiring.md`. A closed strap is tied to
+    /// ground. The master's image reads none.
     fn straps(self) -> Vec<(Pin, bool)> {
         if self.node == MASTER {
             return Vec::new();
@@ -138,17 +138,17 @@ pub const MASTER_AND_THREE: [BoardSetup; 4] = [
     BoardSetup { node: 4, board: PYBOARD_V11, ppm: -50.0, position_m: 23.0, power_on_ms: 230, parity: true },
 ];
 
-/// Between the master and everybody else.
+/// Position between the master and all slaves.
 pub const NEXT_TO_MASTER_M: f64 = 0.5;
 
 /// A frame that completed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Seen {
     pub bus: Bus,
-    /// SOF and the end of EOF, at the sender.
+    /// Start of SOF at the sender. `end` is the end of EOF there.
     pub start: Time,
     pub end: Time,
-    /// Index on the wire: board, or guest.
+    /// Index of its sender, a board or a guest, on the wire.
     pub sender: usize,
     pub frame: WireFrame,
     /// Nodes that received it, ascending; guests are left out.
@@ -169,7 +169,7 @@ impl Seen {
     }
 }
 
-/// What was seen of a flight.
+/// Record of a flight.
 #[derive(Clone)]
 pub struct Recording {
     setups: Vec<BoardSetup>,
@@ -178,11 +178,11 @@ pub struct Recording {
     /// Everything on the wires, as recorded.
     pub records: Vec<WireRecord>,
     pub logs: Vec<LogRecord>,
-    /// Until when.
+    /// End of the record.
     pub end: Time,
 }
 
-/// The spacecraft and what was seen of it so far.
+/// The spacecraft and its record so far.
 #[derive(Clone)]
 pub struct Flight {
     pub twin: Spacecraft,
@@ -201,33 +201,33 @@ impl Recording {
         BoardId(self.setups.iter().position(|setup| setup.node == node).unwrap())
     }
 
-    /// Data frames of one identifier that `node` sent on `bus`.
+    /// Returns the data frames with an identifier that `node` sent on `bus`.
     pub fn sent(&self, node: u8, bus: Bus, id: u16) -> impl Iterator<Item = &Seen> {
         self.of(node).filter(move |seen| seen.bus == bus && seen.id() == Some(id))
     }
 
-    /// Frames that `node` sent on either bus.
+    /// Returns the frames that `node` sent on either bus.
     pub fn of(&self, node: u8) -> impl DoubleEndedIterator<Item = &Seen> {
         let sender = self.board(node).0;
         self.frames.iter().filter(move |seen| seen.sender == sender)
     }
 
-    /// Data frames of one identifier on either bus, of any sender.
+    /// Returns the data frames with an identifier on either bus, from any sender.
     pub fn with_id(&self, id: u16) -> impl DoubleEndedIterator<Item = &Seen> {
         self.frames.iter().filter(move |seen| seen.id() == Some(id))
     }
 
-    /// Frames that completed on `bus`.
+    /// Returns the frames that completed on `bus`.
     pub fn on(&self, bus: Bus) -> impl Iterator<Item = &Seen> {
         self.frames.iter().filter(move |seen| seen.bus == bus)
     }
 
-    /// Heartbeats and boot-up messages of `node` on `bus`: when they ended, and the state they tell.
+    /// Returns the heartbeats and boot-up messages of `node` on `bus`: their ends and their states.
     pub fn heartbeats(&self, node: u8, bus: Bus) -> Vec<(Time, u8)> {
         self.sent(node, bus, 0x700 + u16::from(node)).map(|seen| (seen.end, seen.data()[0])).collect()
     }
 
-    /// Attempts of `node` on `bus` that came to nothing: when they ended.
+    /// Returns the ends of failed attempts of `node` on `bus`.
     pub fn attempts(&self, node: u8, bus: Bus) -> impl Iterator<Item = Time> {
         let sender = self.board(node).0;
         self.records.iter().filter(move |record| record.bus == bus).filter_map(move |record| {
@@ -238,7 +238,7 @@ impl Recording {
         })
     }
 
-    /// Whether the last thing that `node` said of itself, on either bus, was "operational" on `bus`, and that just now.
+    /// Returns whether the last heartbeat of `node` is recent, was sent on `bus`, and has the state Operational.
     pub fn is_operational(&self, node: u8, bus: Bus) -> bool {
         let id = 0x700 + u16::from(node);
         self.of(node).rfind(|seen| seen.id() == Some(id)).is_some_and(|seen| {
@@ -246,7 +246,7 @@ impl Recording {
         })
     }
 
-    /// These nodes are operational on `bus`.
+    /// Asserts that these nodes are operational on `bus`.
     #[track_caller]
     pub fn assert_operational(&self, nodes: impl IntoIterator<Item = u8>, bus: Bus) {
         for node in nodes {
@@ -259,7 +259,7 @@ impl Recording {
         }
     }
 
-    /// These nodes said in no heartbeat after `from` that they are pre-operational.
+    /// Asserts that these nodes sent no heartbeat with the state Pre-operational after `from`.
     #[track_caller]
     pub fn assert_kept_running(&self, nodes: impl IntoIterator<Item = u8>, from: Time) {
         for node in nodes {
@@ -267,7 +267,7 @@ impl Recording {
         }
     }
 
-    /// `node` neither sent nor tried to send anything after `from`, and acknowledged nothing.
+    /// Asserts that `node` neither sent, nor tried to send, nor acknowledged a frame after `from`.
     #[track_caller]
     pub fn assert_absent(&self, node: u8, from: Time) {
         let took_part = |seen: &&Seen| seen.end > from && seen.reached.contains(&node);
@@ -275,30 +275,31 @@ impl Recording {
         assert_eq!(self.driven(node, from), 0, "node {node} sends\n{}", self.log(node));
     }
 
-    /// How often `node` began to send after `from`: frames and attempts on both buses.
+    /// Returns how often `node` started to send after `from`: frames and attempts on both buses.
     pub fn driven(&self, node: u8, from: Time) -> usize {
         let attempts = Bus::ALL.into_iter().flat_map(|bus| self.attempts(node, bus));
         self.of(node).filter(|seen| seen.start > from).count() + attempts.filter(|at| *at > from).count()
     }
 
-    /// Data of the emergencies of `node` after `from`, on either bus. One is announced again to a master that the node finds.
+    /// Returns the data of the emergencies of `node` after `from`, on either bus. A node repeats its emergencies when
+    /// it finds a master.
     pub fn emergencies(&self, node: u8, from: Time) -> impl Iterator<Item = &[u8]> {
         let id = Some(0x080 + u16::from(node));
         self.of(node).filter(move |seen| seen.id() == id && seen.end > from).map(Seen::data)
     }
 
-    /// Whether `node` said "pre-operational" in a heartbeat after `from`, on either bus.
+    /// Returns whether `node` sent a heartbeat with the state Pre-operational after `from`, on either bus.
     pub fn fell_back(&self, node: u8, from: Time) -> bool {
         let all = Bus::ALL.into_iter().flat_map(|bus| self.heartbeats(node, bus));
         all.into_iter().any(|(at, state)| at > from && state == PRE_OPERATIONAL)
     }
 
-    /// The first frame after `from` for which `what` holds.
+    /// Returns the first frame after `from` for which `what` holds.
     pub fn first_after(&self, from: Time, what: impl Fn(&Seen) -> bool) -> Option<&Seen> {
         self.frames.iter().find(|seen| seen.end > from && what(seen))
     }
 
-    /// When `node` said something that contains `text`, the first time after `from`.
+    /// Returns the time of the first log line of `node` after `from` that contains `text`.
     pub fn said(&self, node: u8, text: &str, from: Time) -> Option<Time> {
         let board = self.board(node);
         let line =
@@ -306,14 +307,14 @@ impl Recording {
         line.map(|log| log.at)
     }
 
-    /// `node` said something that contains `text` after `from`: when it did so first.
+    /// Asserts that `node` logged a line with `text` after `from`, and returns the time of the first one.
     #[track_caller]
     pub fn assert_said(&self, node: u8, text: &str, from: Time) -> Time {
         self.said(node, text, from)
             .unwrap_or_else(|| panic!("node {node} has not said {text:?}, but\n{}", self.log(node)))
     }
 
-    /// Everything that `node` said, for messages of failed tests.
+    /// Returns the log of `node`, for messages of failed tests.
     pub fn log(&self, node: u8) -> String {
         let board = self.board(node);
         let lines = self.logs.iter().filter(|log| log.board == board);
@@ -322,29 +323,29 @@ impl Recording {
 }
 
 impl Flight {
-    /// Boards with the images of profile `librecube`.
+    /// Makes boards with the images of profile `librecube`.
     pub fn new(setups: &[BoardSetup]) -> Flight {
         Flight::of(setups, |setup| setup.config())
     }
 
-    /// Boards with these images.
+    /// Makes boards with these images.
     pub fn with(setups: &[BoardSetup], images: &Images) -> Flight {
         Flight::of(setups, |setup| setup.with(images))
     }
 
-    /// Boards with the images of profile `librecube`, and a foreign controller on `bus`, behind them.
+    /// Makes boards with the images of profile `librecube`, and a foreign controller at the end of `bus`.
     pub fn with_guest(setups: &[BoardSetup], bus: Bus) -> (Flight, GuestId) {
         let mut flight = Flight::new(setups);
         let guest = flight.twin.add_guest(bus, 30.0);
         (flight, guest)
     }
 
-    /// With `fittings` of each node.
+    /// Makes boards with the `fittings` of each node.
     pub fn fitted(setups: &[BoardSetup], fittings: impl Fn(u8) -> Fittings) -> Flight {
         Flight::of(setups, |setup| BoardConfig { fittings: fittings(setup.node), ..setup.config() })
     }
 
-    /// Boards with the configurations that `config` makes of their setups.
+    /// Makes boards with the configurations that `config` makes from their setups.
     pub fn of(setups: &[BoardSetup], config: impl Fn(BoardSetup) -> BoardConfig) -> Flight {
         let mut twin = Spacecraft::new(SpacecraftConfig::default());
         for setup in setups {
@@ -360,7 +361,7 @@ impl Flight {
         Flight { twin, seen }
     }
 
-    /// Flies to `until` milliseconds. No board may reach for hardware that is not there.
+    /// Flies to `until` milliseconds. No board may access missing hardware.
     pub fn fly_to(&mut self, until_ms: u64) {
         self.fly(ms(until_ms));
     }
@@ -413,7 +414,7 @@ impl Flight {
         panic!("nothing like that happened until {} us", self.end.as_us())
     }
 
-    /// Answer of `node` to an SDO request that a guest sends now.
+    /// Sends an SDO request from a guest, and returns the answer of `node`.
     pub fn ask(&mut self, guest: GuestId, node: u8, request: [u8; 8]) -> [u8; 8] {
         self.twin.inject(guest, self.end, WireFrame::standard(0x600 + u16::from(node), &request));
         let id = Some(0x580 + u16::from(node));
@@ -421,12 +422,12 @@ impl Flight {
         answer.data().try_into().unwrap()
     }
 
-    /// The emulated board of `node`.
+    /// Returns the emulated board of `node`.
     pub fn emulated(&self, node: u8) -> &EmulatedBoard {
         self.twin.board(self.board(node))
     }
 
-    /// The same, to be changed.
+    /// Returns the emulated board of `node` for changes.
     pub fn emulated_mut(&mut self, node: u8) -> &mut EmulatedBoard {
         let board = self.board(node);
         self.twin.board_mut(board)
@@ -438,22 +439,23 @@ impl Flight {
         self.twin.reset(board);
     }
 
-    /// Frames that passed the filters of `node` since its last reset and that its node never handled.
+    /// Returns the number of frames since the last reset that passed the filters of `node` and were never handled.
     pub fn lost_frames(&self, node: u8) -> u64 {
         self.emulated(node).admitted() - self.diagnostics(node).frames()
     }
 
-    /// What the image of `node` counted since its last reset.
+    /// Returns the counters of the image of `node` since its last reset.
     pub fn diagnostics(&self, node: u8) -> Diagnostics {
         Diagnostics::read(self.emulated(node)).unwrap()
     }
 
-    /// Commands that `node` executed since its last reset, or that the application of the master sent.
+    /// Returns the number of commands since the last reset that `node` executed, or that the application of the master
+    /// sent.
     pub fn executed(&self, node: u8) -> u32 {
         self.counters(node).commands
     }
 
-    /// Commands that slave `node` dropped as repeats since its last reset.
+    /// Returns the number of commands that slave `node` dropped as repeats since its last reset.
     pub fn repeats(&self, node: u8) -> u32 {
         self.counters(node).repeats
     }
@@ -462,7 +464,7 @@ impl Flight {
         Counters::read(self.emulated(node)).unwrap().unwrap()
     }
 
-    /// No board panicked, locked up, stands still, or was reset by its program.
+    /// Asserts that no board panicked, locked up, stopped, or was reset by its program.
     pub fn assert_sound(&self) {
         for (id, board) in self.twin.boards() {
             let (name, log) = (&board.config().name, self.log(self.setups[id.0].node));
@@ -472,9 +474,11 @@ impl Flight {
         }
     }
 
-    /// Sound, and no frame that a filter admitted was lost on its way to the node. For flights without resets.
+    /// Asserts that the boards are sound, and that no frame that passed a filter was lost before the node. It is for
+    /// flights without resets.
     ///
-    /// A frame needs time from the wire to the node: the flight goes on until the buses were quiet for a millisecond.
+    /// A frame takes time from the wire to the node. The flight therefore continues until the buses were quiet for a
+    /// millisecond.
     pub fn assert_nothing_lost(&mut self) {
         self.assert_sound();
         let quiet = |flight: &Flight| {
@@ -490,14 +494,15 @@ impl Flight {
     }
 }
 
-/// Data of the last telemetry of `node` on the nominal bus with this code.
+/// Returns the data of the last telemetry of `node` on the nominal bus with this code.
 pub fn telemetry(flight: &Flight, node: u8, code: u16) -> Vec<u8> {
     let replies = flight.sent(node, Bus::Nominal, 0x380 + u16::from(node));
     let last = replies.filter(|seen| seen.data()[..2] == code.to_le_bytes()).last();
     last.unwrap().data()[2..].to_vec()
 }
 
-/// The next telemetry request after `from` for which `is_asked` holds reaches `node` on `bus` and is answered there within 2 ms.
+/// Asserts that the next telemetry request after `from` for which `is_asked` holds reaches `node` on `bus`, and is
+/// answered there within 2 ms.
 pub fn assert_replies(flight: &Recording, node: u8, bus: Bus, from: Time, is_asked: impl Fn(&[u8]) -> bool) {
     let [request, reply] = [0x400, 0x380].map(|function| Some(function + u16::from(node)));
     let request = flight.first_after(from, |seen| seen.id() == request && is_asked(seen.data())).unwrap();
@@ -507,17 +512,17 @@ pub fn assert_replies(flight: &Recording, node: u8, bus: Bus, from: Time, is_ask
     assert_eq!(reply.data()[..2], request.data()[..2], "node {node}");
 }
 
-/// Milliseconds as a time.
+/// Converts milliseconds to a time.
 pub const fn ms(milliseconds: u64) -> Time {
     Time::from_ms(milliseconds)
 }
 
-/// From the end of one thing to that of the next.
+/// Returns the differences between consecutive times.
 pub fn gaps(times: &[Time]) -> impl Iterator<Item = Time> + '_ {
     times.windows(2).map(|pair| pair[1].since(pair[0]))
 }
 
-/// `span` long, give or take `tolerance`.
+/// Returns the range of `span` ± `tolerance`.
 pub fn about(span: Time, tolerance: Time) -> Range<Time> {
     span.since(tolerance)..span + tolerance
 }

@@ -15,9 +15,9 @@ pub static TWO_MASTERS: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11",
 
 /// The board strapped prime.
 pub const PRIME: u8 = MASTER;
-/// Stands for the other master board, which is node 1 as well.
+/// Number of the second master board, which is node 1 too.
 pub const SECOND: u8 = 128;
-/// Between the two of them.
+/// Position between the two master boards.
 pub const BETWEEN_MASTERS_M: f64 = 2.0;
 
 /// A pyboard.
@@ -25,7 +25,7 @@ pub const fn setup(node: u8, ppm: f64, position_m: f64, power_on_ms: u64) -> Boa
     BoardSetup { node, board: PYBOARD_V11, ppm, position_m, power_on_ms, parity: true }
 }
 
-/// Prime at the left end, the slaves at the right one.
+/// All boards: prime at the left end, the slaves at the right end.
 pub const ALL: [BoardSetup; 4] = [
     setup(PRIME, 12.0, 0.0, 20),
     setup(SECOND, -31.0, 4.0, 20),
@@ -33,7 +33,7 @@ pub const ALL: [BoardSetup; 4] = [
     setup(3, -50.0, 23.0, 110),
 ];
 
-/// A master board by its strap, or a slave.
+/// Returns the configuration of a slave, or of a master board with its strap.
 pub fn config(setup: BoardSetup) -> BoardConfig {
     let closed = |number| vec![(Pin::new('A', number), false)];
     match setup.node {
@@ -51,13 +51,13 @@ pub fn flight(setups: &[BoardSetup]) -> Flight {
     Flight::of(setups, config)
 }
 
-/// Heartbeats and boot-up messages of a master board, on both buses: when they began and ended, and the bus.
+/// Returns the heartbeats and boot-up messages of a master board: start, end and bus.
 pub fn heartbeats(flight: &Recording, board: BoardId) -> Vec<(Time, Time, Bus)> {
     let all = flight.frames.iter().filter(|seen| seen.sender == board.0 && seen.id() == Some(0x701));
     all.map(|seen| (seen.start, seen.end, seen.bus)).collect()
 }
 
-/// Whether the last heartbeat of a master board is at most one period old.
+/// Returns whether the last heartbeat of a master board is at most one period old.
 pub fn is_active(flight: &Recording, board: BoardId) -> bool {
     heartbeats(flight, board).last().is_some_and(|(_, end, _)| flight.end.since(*end) < ms(110))
 }

@@ -14,33 +14,33 @@ use host_worlds::{Events, Handle, MockBoard, NEXT_TO_MASTER_M, NodeKey, World, i
 
 /// The slave that reports.
 pub(crate) const WHEEL: NodeId = NodeId::of::<3>();
-/// A slave beside it, which acknowledges its frames where no master hears them.
+/// Second slave, which acknowledges frames of the first one even if no master receives them.
 pub(crate) const OTHER: NodeId = NodeId::of::<2>();
-/// Cut that leaves the wheel alone.
+/// Position of a cut that isolates the wheel.
 const BEFORE_WHEEL_M: f64 = 5.0;
-/// When the fault strikes: with a standby and selective access all are Operational after 1.2 s.
+/// Time of the fault. With a standby and selective access all nodes are Operational after 1.2 s.
 pub(crate) const STRIKE: Time = Time::from_ms(1_500);
-/// How long a fault of a whole bus lasts.
+/// Duration of a fault of a whole bus.
 const SHORT: Time = Time::from_ms(300);
-/// How long a contact is open that jolts.
+/// Duration for which a jolted contact is open.
 const JOLT: Time = Time::from_ms(40);
-/// From the report on, until the master knows: the search of a slave that it did not hear, the choice of the bus, the
-/// boot-up process.
+/// Longest time from the report until the master knows it. It covers the search of a slave that was not heard, the
+/// choice of the bus and the boot-up process.
 const BOUND: Time = Time::from_ms(2_500);
-/// The same where the bus does not change: a period of the master's questions more.
+/// Longest time if the bus does not change: it has one period of the master's questions more.
 const BOUND_OF_JOLT: Time = Time::from_ms(12_500);
-/// How long an error lasts that passes.
+/// Duration of a temporary error.
 const PASSING: Time = Time::from_ms(20);
 
-/// The wheel reports this one while the bus fails.
+/// Error that the wheel reports while the bus fails.
 pub(crate) const STAYS: ErrorCode = ErrorCode::TEMPERATURE_DEVICE;
-/// This one is gone 20 ms later.
+/// Error that ends 20 ms later.
 const PASSES: ErrorCode = ErrorCode::CURRENT_INSIDE;
-/// This one was there before, and is gone at the same time.
+/// Error that was active before, and ends at the same time.
 const ENDS: ErrorCode = ErrorCode::VOLTAGE_INSIDE;
 pub(crate) const SOURCE: u8 = 1;
 
-/// What breaks.
+/// Part that breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Break {
     /// The active bus, next to the master: the slaves still see each other.
@@ -58,7 +58,7 @@ pub enum Break {
 }
 
 impl Break {
-    /// From a heartbeat of the master and its SYNC to the break.
+    /// Returns the time from a heartbeat of the master and its SYNC to the break.
     fn after_heartbeat(self) -> Time {
         if self == Break::Jolt { Time::from_ms(20) } else { Time::ZERO }
     }
@@ -71,15 +71,15 @@ impl Break {
 /// A flight.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
-    /// What breaks, at 1.5 s.
+    /// Part that breaks at 1.5 s.
     pub what: Break,
-    /// When the wheel reports: milliseconds after the break.
+    /// Time of the wheel's report, milliseconds after the break.
     pub after_ms: u64,
-    /// The wheel has selective access.
+    /// Whether the wheel has selective access.
     pub is_selective: bool,
-    /// A second slave is there.
+    /// Whether there is a second slave.
     pub has_other: bool,
-    /// A standby is there.
+    /// Whether there is a standby.
     pub has_standby: bool,
 }
 
@@ -89,7 +89,7 @@ impl fmt::Display for Flight {
     }
 }
 
-/// All flights whose reports come `0, 1, 2 ..= 200` ms after the break.
+/// Returns all flights with reports `0, 1, 2 ..= 200` ms after the break.
 pub fn flights() -> Vec<Flight> {
     use Break::{Dominant, Far, Master, Near, Recessive};
     let mut all = Vec::new();
@@ -106,7 +106,8 @@ pub fn flights() -> Vec<Flight> {
     all
 }
 
-/// Flights in which a contact opens for a moment, and a slave acknowledges what the master does not hear.
+/// Returns flights in which a contact opens for a moment, and a slave acknowledges frames that the master does not
+/// receive.
 pub fn jolts() -> Vec<Flight> {
     let what = Break::Jolt;
     let flight =
@@ -155,10 +156,10 @@ impl Device for Watcher {
 
 type Board = Master<Watcher, TwoBoards>;
 
-/// Flies it: two errors begin and one ends while the bus fails, and a value changes.
+/// Runs the flight: two errors begin and one ends while the bus fails, and a value changes.
 ///
 /// # Errors
-/// What the master does not know, or heard too often.
+/// When the master does not know a report, or received it too often.
 pub fn fly(flight: Flight) -> Result<(), String> {
     let mut world = world(flight);
     world.run_until(STRIKE.since(Time::from_ms(200)));
@@ -172,7 +173,7 @@ pub fn fly(flight: Flight) -> Result<(), String> {
     strike(&mut world, flight.what);
     let at = at + Time::from_ms(flight.after_ms);
     world.run_until(at);
-    // After a jolt no message follows whose register would show that one was lost.
+    // After a jolt no further message follows, so no register shows that one was lost.
     let end = (flight.what != Break::Jolt).then_some((ENDS, false));
     report(&world, 2, &[&[(STAYS, true), (PASSES, true)], end.as_slice()].concat());
     world.run_for(PASSING);
@@ -224,14 +225,14 @@ fn check(world: &World, what: Break) -> Vec<String> {
     wrong
 }
 
-/// What a master knows of active errors, and of the temperature.
+/// Returns the active errors and the temperature that a master knows.
 pub(crate) fn known(world: &World, master: NodeKey) -> (Vec<ActiveError>, u16) {
     world.node::<Board>(master).with(|master: &mut Board, _| {
         (master.active_errors().collect(), master.objects().application.device.temperature)
     })
 }
 
-/// Messages of an error since the break that a master received: whether each is a begin.
+/// Returns the messages of an error that a master received since the break. `true` is the start of the error.
 fn heard(world: &World, master: NodeKey, code: ErrorCode) -> Vec<bool> {
     let log = world.log_of(master).into_iter().filter(|(at, _)| *at >= STRIKE);
     let heard = log.filter_map(|(_, event)| match event {
@@ -248,7 +249,7 @@ fn heard(world: &World, master: NodeKey, code: ErrorCode) -> Vec<bool> {
     heard.collect()
 }
 
-/// Whether a node acknowledged the begin or the end of an error since the break, on either bus.
+/// Returns whether a node acknowledged the start or the end of an error since the break, on either bus.
 fn was_acknowledged(world: &World, code: ErrorCode, is_begin: bool) -> bool {
     let [low, high] = code.get().to_le_bytes();
     let mut frames = Bus::ALL.into_iter().flat_map(|bus| world.frames(bus));
@@ -260,7 +261,7 @@ fn was_acknowledged(world: &World, code: ErrorCode, is_begin: bool) -> bool {
     })
 }
 
-/// The wheel has another temperature, and errors begin or end.
+/// Lets the wheel report another temperature, and the start or end of errors.
 pub(crate) fn report(world: &World, temperature: u16, errors: &[(ErrorCode, bool)]) {
     world.slave::<Wheel>(WHEEL).with(|wheel: &mut Slave<Wheel>, now| {
         for (code, begins) in errors {

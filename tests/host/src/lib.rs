@@ -1,4 +1,4 @@
-//! Scenarios that the first tier of the tests flies in samples, and the second one in full.
+//! Scenarios of which the first tier of the tests runs samples, and the second tier all.
 
 #![forbid(unsafe_code)]
 

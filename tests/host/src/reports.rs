@@ -9,21 +9,22 @@ use host_worlds::{NodeKey, World};
 
 use crate::events::{Break, Flight, SOURCE, STAYS, STRIKE, WHEEL, known, report, strike, world};
 
-/// Most faults.
+/// Largest number of faults.
 const FAULTS: usize = 3;
-/// They come before.
+/// Time before which the faults occur.
 const LAST_FAULT: Time = Time::from_ms(3_900);
-/// A fault lasts so long that a node notices it. A [jolt](crate::events::jolts) has flights of its own.
+/// Shortest duration of a fault, long enough for a node to notice it. Shorter ones are [jolts](crate::events::jolts).
 const SHORTEST: Time = Time::from_ms(1_000);
-/// When all is mended.
+/// Time at which all faults are repaired.
 const CALM: Time = Time::from_ms(5_000);
-/// When the master knows: a search by a slave, the choice of the bus, the boot-up process.
+/// Time at which the master knows the reports, after a search by a slave, the choice of the bus and the boot-up
+/// process.
 const END: Time = Time::from_ms(9_000);
-/// The same after two masters were active that did not hear each other, and each had slaves: the one that stays asks every 10 s, and the
-/// value has an event timer.
+/// Time at which the master knows them after two separated masters were active, each with slaves. The master that stays
+/// asks every 10 s, and the value has an event timer.
 const END_OF_TWO: Time = Time::from_ms(20_000);
 
-/// What the wheel reported last.
+/// Last report of the wheel.
 #[derive(Default)]
 struct Reported {
     is_wrong: bool,
@@ -33,7 +34,7 @@ struct Reported {
 /// Flies a script that follows from the seed.
 ///
 /// # Errors
-/// What the master does not know.
+/// When the master does not know the last report.
 pub fn fly_random(seed: u64) -> Result<(), String> {
     let mut rng = Rng::with_seed(seed);
     let (has_standby, is_selective) = (rng.bool(), rng.bool());
@@ -58,7 +59,7 @@ pub fn fly_random(seed: u64) -> Result<(), String> {
             6..9 if may_fail => {
                 faults.push((now.as_us() / 1_000, fail(&mut world, &mut rng, has_standby, &mut last)));
                 struck = now;
-                // Nothing hides what is lost now.
+                // No later report hides a lost one.
                 last_report = now + Time::from_ms(rng.u64(0..200));
             }
             9 if now.since(struck) >= SHORTEST => heal(&mut world),
@@ -91,7 +92,7 @@ pub fn fly_random(seed: u64) -> Result<(), String> {
     ))
 }
 
-/// Something breaks. Returns what.
+/// Breaks a random part, and returns its name.
 fn fail(world: &mut World, rng: &mut Rng, has_standby: bool, last: &mut Reported) -> &'static str {
     let (what, name) = match rng.u8(..7) {
         0 | 1 => (Break::Near, "a cut next to the master"),
@@ -99,7 +100,7 @@ fn fail(world: &mut World, rng: &mut Rng, has_standby: bool, last: &mut Reported
         3 => (Break::Recessive, "recessive"),
         4 => (Break::Dominant, "dominant"),
         5 => {
-            // It begins anew, without an error.
+            // It restarts without an error.
             world.reset(WHEEL);
             *last = Reported::default();
             return "reset of the wheel";

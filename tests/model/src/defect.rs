@@ -1,6 +1,7 @@
 //! Defects between a machine and the model.
 //!
-//! A *defect* changes a parameter, an input or an action of a machine, from outside: the machine itself is the one that flies.
+//! A *defect* changes a parameter, an input or an action of a machine from outside. The machine itself is that of the
+//! firmware.
 
 use clap::ValueEnum;
 use ecss_can::heartbeat;
@@ -10,16 +11,16 @@ use ecss_can::types::{Bus, CobId, Frame, NmtState, NodeId};
 use crate::profile::{PAIR, PARALLEL, PARAMETERS};
 use crate::station::Station;
 
-/// A rule that does not hold.
+/// A broken rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Defect {
-    /// The master stays where it hears no slave: it imagines frames of one on the other bus
+    /// The master stays on a bus without slaves: it takes itself to have received frames of a slave on the other bus
     NoDwell,
     /// The master leaves stopped slaves alone: it takes Stopped for Operational
     LeavesStopped,
     /// A slave does not go to the bus of the master: it takes its heartbeats for ones on the selected bus
     StaysBehind,
-    /// A search has a switch too many: Ntoggle is 5
+    /// A search has one switch too many: Ntoggle is 5
     TogglesOnceMore,
     /// Each switch of a search changes Bdefault in the dictionary
     BdefaultByToggle,
@@ -27,25 +28,25 @@ pub enum Defect {
     NeverYields,
     /// No claim reaches another master: equal frames of two merge
     NeverCalls,
-    /// A slave that found its master on another bus announces nothing again
+    /// A slave that found its master on another bus repeats no announcements
     NeverAnnounces,
-    /// A master reads no errors: what it knows is what it heard
+    /// A master reads no errors: it knows only received messages
     NeverReads,
 }
 
-/// A frame that a master receives before it does what is due, although no node sent it, and its bus.
+/// Returns a frame that no node sent, which a master receives before its due actions, and its bus.
 pub fn imagined(defect: Option<Defect>, master: &dyn Station) -> Option<(Bus, Frame)> {
     let is_due = defect == Some(Defect::NoDwell);
     is_due.then(|| (master.active().other(), Frame::of(CobId::emcy(PARALLEL), [])))
 }
 
-/// Parameters of a slave.
+/// Returns the parameters of a slave.
 pub fn parameters(defect: Option<Defect>) -> Parameters {
     let more = u8::from(defect == Some(Defect::TogglesOnceMore));
     Parameters { ntoggle: PARAMETERS.ntoggle + more, ..PARAMETERS }
 }
 
-/// Bdefault in the dictionary of a slave whose machine shows `bdefault`. `reported`: its last report of a bus.
+/// Returns Bdefault in the dictionary of a slave whose machine has `bdefault`. `reported`: its last report of a bus.
 pub fn shown(defect: Option<Defect>, bdefault: Bus, reported: Option<(BusCause, Bus)>) -> Bus {
     match (defect, reported) {
         (Some(Defect::BdefaultByToggle), Some((BusCause::Toggled, bus))) => bus,
@@ -53,7 +54,8 @@ pub fn shown(defect: Option<Defect>, bdefault: Bus, reported: Option<(BusCause, 
     }
 }
 
-/// The frame of `bus` as the machine of a node receives it, and its bus there. `None`: the machine does not receive it.
+/// Returns a frame of `bus` and its bus as the machine of a node receives them. `None`: the machine does not receive
+/// it.
 pub fn received(
     defect: Option<Defect>,
     node: &dyn Station,

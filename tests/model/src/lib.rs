@@ -1,6 +1,7 @@
-//! A small spacecraft: the state machines of flight of two slaves and of one master or two, on two buses that break.
+//! A small spacecraft: the state machines of the firmware for two slaves and one or two masters, on two buses with
+//! faults.
 //!
-//! Its states are few enough for `tests/search` to visit all of them. Here, random faults meet it.
+//! It has so few states that `tests/search` visits all of them. The tests of this package use random faults.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! The master of the model: the redundancy of flight on the wires of the model.
+//! The master of the model: the redundancy of the firmware on the wires of the model.
 
 mod adapter;
 mod application;
@@ -25,7 +25,7 @@ use crate::what::What;
 /// A master.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Master {
-    /// Decides about its bus, its role and what it sends.
+    /// Decides its bus, its role and its frames.
     pub redundancy: MasterRedundancy<TwoBoards, PLACES, HELD>,
     strap: Option<Strap>,
     is_assigned: bool,
@@ -34,23 +34,23 @@ pub struct Master {
     sync: Periodic,
     outgoing: Outgoing,
     unacknowledged: PerBus<bool>,
-    /// A heartbeat or boot-up message was sent on the active bus, or none could be sent in its lifetime.
+    /// Whether a heartbeat or boot-up message was sent on the active bus, or expired.
     is_announced: bool,
-    /// Its controller was bus-off too often.
+    /// Buses that failed because its controller was bus-off too often.
     failed: PerBus<bool>,
-    /// Slave that the application stopped, and when it starts it again.
+    /// Slave that the application stopped, and the instant at which it starts it again.
     held: Option<(Instant, NodeId)>,
-    /// What it knows of the slave that reports.
+    /// Its knowledge of the reporting slave.
     known: Option<Known>,
-    /// Why it changed the bus in this step.
+    /// Reason for a change of the bus in this step.
     pub switched: Option<SwitchCause>,
-    /// It took over, yielded or became the standby in this step.
+    /// Change of its role in this step.
     pub role_changed: Option<RoleChange>,
 }
 
 impl Master {
-    /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list; `has_boot`: it checks
-    /// slaves before it starts them. Without a list, one silent slave of two is a minority.
+    /// Makes a master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list.
+    /// `has_boot`: it checks slaves before it starts them. Without a list, one silent slave of two is a minority.
     pub fn new(strap: Option<Strap>, is_assigned: bool, has_boot: bool) -> Self {
         let boards = TwoBoards::new(strap.map(|_| PAIR), strap.unwrap_or(Strap::Prime));
         let silent_share = if is_assigned { SILENT_SHARE } else { MINORITY_SHARE };
@@ -73,7 +73,7 @@ impl Master {
         }
     }
 
-    /// The same master before power-on, with this slave alone, which reports.
+    /// Returns this master before power-on with one reporting slave.
     pub fn alone_with(mut self, node: NodeId, what: What, defect: Option<Defect>) -> Master {
         self.known = Some(Known::new(node, what, defect));
         self
@@ -84,7 +84,7 @@ impl Master {
         self.redundancy.is_active()
     }
 
-    /// Its controller was bus-off too often, or is on the bus again. `is_powered`: it notices that at once.
+    /// Handles a controller that was bus-off too often, or is on the bus again. `is_powered`: it notices that at once.
     pub fn on_bus_off(&mut self, bus: Bus, is_failed: bool, is_powered: bool, now: Instant) {
         self.failed[bus] = is_failed;
         if is_powered {
@@ -99,7 +99,7 @@ impl Master {
         self.role_changed = Some(change);
     }
 
-    /// Nothing happened yet in this step.
+    /// Clears the changes of this step.
     pub fn forget_news(&mut self) {
         (self.switched, self.role_changed) = (None, None);
     }
@@ -111,7 +111,7 @@ impl Master {
         self.sync.restart(now);
     }
 
-    /// Asks new nodes who they are. A slave answers within the same moment, or its question waits for the next one.
+    /// Identifies new nodes. A slave answers at the same time, or its question is repeated at the next one.
     fn identify(&mut self, now: Instant) {
         while let Some(node) = self.redundancy.peers_mut().take_unasked() {
             self.outgoing.send(self.active(), Frame::of(CobId::sdo_request(node), []), now);
@@ -146,7 +146,7 @@ impl Station for Master {
                 self.redundancy.peers_mut().assign(node, true);
             }
         } else {
-            // Named in 1016h: the master observes no periods, which an outage would make as long as itself.
+            // Slaves are in 1016h, so the master measures no periods. An outage would lengthen a measured period.
             let entry = |node: NodeId| u32::from(node.get()) << 16 | PARAMETERS.consumer.as_millis() as u32;
             self.redundancy.peers_mut().set_times(&[PARALLEL, SELECTIVE].map(entry));
         }
@@ -191,7 +191,7 @@ impl Station for Master {
 
     fn on_sent(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         self.outgoing.acknowledge(bus, frame);
-        // A claim of the bus that was left before may still wait here.
+        // A claim may still be pending from before the change of the bus.
         if bus == self.active() && PAIR.claim(frame).is_none() {
             self.is_announced |= is_heartbeat(frame);
             assert!(self.is_announced, "{frame:?} before the heartbeat on {bus:?}");

@@ -1,4 +1,4 @@
-//! The numbers of the model: small, in the proportions of the default profile.
+//! The parameters of the model: small numbers with the ratios of the default profile.
 
 use ecss_can::link::access::BusAccess;
 use ecss_can::profile::Profile;
@@ -7,7 +7,7 @@ use ecss_can::redundancy::{Pair, Parameters};
 use ecss_can::types::{Bus, Duration, NodeId};
 use host_worlds::judge::Bounds;
 
-/// Nodes have Node-IDs below.
+/// Upper bound of Node-IDs (exclusive).
 pub const PLACES: usize = 4;
 
 /// Frames of a master that may wait for the announcement of the bus.
@@ -18,7 +18,7 @@ pub const PARALLEL: NodeId = NodeId::of::<2>();
 /// The slave with selective access.
 pub const SELECTIVE: NodeId = NodeId::of::<3>();
 
-/// Time goes on in whole ticks: half a heartbeat period. What is due within a tick is done at its end.
+/// Step of time: half a heartbeat period. Actions that are due within a tick are done at its end.
 pub const TICK: Duration = Duration::from_millis(50);
 
 /// Heartbeat 2 ticks, consumer time 5, Ttoggle 2. Ntoggle 4 is the least with which slaves search for two dwells.
@@ -36,13 +36,13 @@ pub const MASTER_PARAMETERS: Parameters = Parameters { ntoggle: Parameters::NO_L
 
 /// Share of silent slaves that moves the master, percent: one of two.
 pub const SILENT_SHARE: u8 = 50;
-/// The same where one silent slave of two is a minority, for which the master tries the other bus.
+/// Share with which one silent slave of two is a minority, for which the master tries the other bus.
 pub const MINORITY_SHARE: u8 = 100;
 /// The dwell is two toggling times and two heartbeat periods: 24 ticks.
 pub const DWELL: Duration = Duration::ZERO;
-/// No bus has errors here, so nothing waits for their end.
+/// Buses have no errors in the model, so nothing waits for their end.
 pub const GRACE: Duration = Duration::from_millis(2);
-/// How long an application stops a slave, or a budget silences one.
+/// Duration for which an application stops a slave, or a budget silences one.
 pub const BREAK: Duration = Duration::from_millis(400);
 /// Lifetime of heartbeats, NMT commands and SYNC.
 pub const LIFETIME: Duration = PARAMETERS.producer;
@@ -57,30 +57,30 @@ pub const MASTER_SETUP: MasterSetup = MasterSetup {
 };
 /// Two master boards: the standby takes over after 8 ticks, boards listen for 14 and 18.
 pub const PAIR: Pair = Profile::PAIR;
-/// Between two looks at the error register of a slave: none, because they would hide what the announcements miss. Where there are
-/// rounds, [`begin_round`](crate::world::World::begin_round) makes one.
+/// Period of reads of a slave's error register: never, because they would hide errors that announcements miss. Where
+/// there are rounds, [`begin_round`](crate::world::World::begin_round) makes one.
 pub const NO_ROUNDS: Duration = Duration::from_micros(u64::MAX);
 /// An error that was read from a history may have ended without a message: the master reads the register again 1 s later.
 const SECOND_LOOK: Duration = Duration::from_millis(1_000);
-/// From the begin of a round to its end: the next heartbeat, the questions, and the second look.
+/// Duration of a round: the next heartbeat, the questions, and the second read.
 const ROUND: Duration = Duration::from_millis(1_500);
 
-/// How long a rule may not hold after the last fault.
+/// Returns the longest times for which a rule may be broken after the last fault.
 pub fn bounds() -> Bounds {
     Bounds::new(&PARAMETERS, DWELL, &PAIR)
 }
 
-/// Whole ticks of a time.
+/// Returns the whole ticks of a time.
 pub fn ticks(span: Duration) -> u8 {
     u8::try_from(span.as_micros() / TICK.as_micros()).unwrap_or(u8::MAX)
 }
 
-/// Ticks after the last fault in which the master learns a report without a round.
+/// Returns the ticks after the last fault in which the master learns a report without a round.
 pub fn without_round() -> u8 {
     ticks(bounds().service + SECOND_LOOK)
 }
 
-/// Ticks after the last fault in which it does with the round that begins then.
+/// Returns the ticks after the last fault in which the master learns a report with a round.
 pub fn with_round() -> u8 {
     without_round() + ticks(ROUND)
 }

@@ -1,4 +1,4 @@
-//! A slave of the model: its redundancy as it flies.
+//! A slave of the model with the redundancy of the firmware.
 
 mod adapter;
 mod application;
@@ -31,7 +31,7 @@ pub struct Slave {
 }
 
 impl Slave {
-    /// A slave before power-on. `defect`: a rule that does not hold.
+    /// Makes a slave before power-on. `defect`: a broken rule.
     pub fn new(id: NodeId, access: BusAccess, defect: Option<Defect>) -> Self {
         let mut slave = Slave::of(id, access, defect, PARAMETERS.bdefault, Retained::default());
         slave.node.retained = after_power_on(id);
@@ -59,7 +59,7 @@ impl Slave {
         Slave { id, access, defect, redundancy, node }
     }
 
-    /// The same slave before it is started again, with what was kept.
+    /// Returns this slave before a restart, with its retained data.
     fn restarted(&self, retained: Retained) -> Slave {
         let mut slave = Slave::of(self.id, self.access, self.defect, self.node.stored, retained);
         slave.node.has_wrong_bdefault = self.node.has_wrong_bdefault;
@@ -67,33 +67,33 @@ impl Slave {
         slave
     }
 
-    /// The same slave before power-on, with an application that reports.
+    /// Returns this slave before power-on, with a reporting application.
     pub fn reporting(mut self, what: What) -> Slave {
         self.node.reports = Some(Reports::new(self.id, what));
         self
     }
 
-    /// How it accesses its buses.
+    /// Returns its access to the buses.
     pub fn access(&self) -> BusAccess {
         self.access
     }
 
-    /// The parameters with the present Bdefault and Ctoggle.
+    /// Returns the parameters with the present Bdefault and Ctoggle.
     pub fn parameters(&self) -> &Parameters {
         self.redundancy.parameters()
     }
 
-    /// It gave up its search and stays where it is.
+    /// Returns whether it gave up its search and stays on its bus.
     pub fn has_given_up(&self) -> bool {
         self.node.has_given_up
     }
 
-    /// Bdefault changed for no reason that the standard knows.
+    /// Returns whether Bdefault changed without a reason in the standard.
     pub fn has_wrong_bdefault(&self) -> bool {
         self.node.has_wrong_bdefault
     }
 
-    /// Lets the redundancy decide, and carries out what it decided.
+    /// Lets the redundancy decide, and carries out its decision.
     fn decide<R>(
         &mut self,
         now: Instant,
@@ -120,7 +120,8 @@ impl Slave {
     }
 }
 
-/// Words that a slave finds at power-on, where it keeps Bdefault and resets in a row: no copy of each other, or without their mark.
+/// Returns the words that a slave finds at power-on in its memory for Bdefault and resets in a row: they differ, or
+/// lack their mark.
 fn after_power_on(id: NodeId) -> [u32; 2] {
     let bdefault = Some(PARAMETERS.bdefault.other());
     let [word, check] = Retained { bdefault, resets: 1, ..Retained::default() }.encode();
@@ -131,7 +132,7 @@ impl Canonical for Slave {
     type Context = ();
 
     fn canonical(&mut self, now: Instant, (): &()) {
-        // The redundancy keeps what it needs of the numbers: they begin again.
+        // The redundancy keeps what it needs of the numbers, so they restart.
         self.redundancy.canonical(now, &std::mem::take(&mut self.node.received));
         self.node.control.canonical(now, &());
         self.node.outgoing.canonical(now, &());

@@ -11,12 +11,12 @@ pub struct Waiting {
     pub bus: Bus,
     /// The frame.
     pub frame: Frame,
-    /// It is given up then.
+    /// End of its lifetime.
     #[canonical(due)]
     pub expires: Instant,
 }
 
-/// What a node wants sent, in order.
+/// Frames that a node wants to send, in order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Outgoing {
     frames: Vec<Waiting>,
@@ -33,36 +33,36 @@ impl Outgoing {
         self.frames.push(Waiting { bus, frame, expires });
     }
 
-    /// Gives up all frames of a bus that is left.
+    /// Drops all frames of a bus that is left.
     pub fn abandon(&mut self, bus: Bus) {
         self.frames.retain(|waiting| waiting.bus != bus);
     }
 
-    /// Gives up everything, at a reset.
+    /// Drops all frames at a reset.
     pub fn clear(&mut self) {
         self.frames.clear();
     }
 
-    /// The frame of `bus` with the lowest COB-ID, the first of several.
+    /// Returns the frame of `bus` with the lowest COB-ID, the first of several.
     pub fn next(&self, bus: Bus) -> Option<Frame> {
         let frames = self.frames.iter().filter(|waiting| waiting.bus == bus);
         frames.map(|waiting| waiting.frame).min_by_key(Frame::id)
     }
 
-    /// This frame was acknowledged.
+    /// Removes an acknowledged frame.
     pub fn acknowledge(&mut self, bus: Bus, frame: &Frame) {
         if let Some(place) = self.frames.iter().position(|sent| sent.bus == bus && sent.frame == *frame) {
             self.frames.remove(place);
         }
     }
 
-    /// The next frame whose lifetime is over.
+    /// Removes and returns an expired frame.
     pub fn take_expired(&mut self, now: Instant) -> Option<Waiting> {
         let place = self.frames.iter().position(|waiting| waiting.expires <= now)?;
         Some(self.frames.remove(place))
     }
 
-    /// When the next lifetime is over.
+    /// Returns the end of the next lifetime.
     pub fn deadline(&self) -> Option<Instant> {
         self.frames.iter().map(|waiting| waiting.expires).min()
     }
@@ -78,34 +78,34 @@ impl Canonical for Outgoing {
 
 /// A node, sans-IO.
 pub trait Station {
-    /// Power-on, or the reset of its chip.
+    /// Starts at power-on or after a reset of its chip.
     fn start(&mut self, now: Instant);
-    /// Loses what does not outlive power.
+    /// Loses the state that does not survive a loss of power.
     fn power_off(&mut self);
-    /// Does what is due.
+    /// Does the due actions.
     fn poll(&mut self, now: Instant);
-    /// A frame of another node ended now.
+    /// Handles a frame of another node that ended now.
     fn on_received(&mut self, bus: Bus, frame: &Frame, now: Instant);
-    /// A frame of this node was acknowledged.
+    /// Handles the acknowledgement of a frame of this node.
     fn on_sent(&mut self, bus: Bus, frame: &Frame, now: Instant);
-    /// The lifetime of a frame of this node ended.
+    /// Handles the end of the lifetime of a frame of this node.
     fn on_expired(&mut self, bus: Bus, frame: &Frame, now: Instant);
-    /// Its receiver lost a frame of this bus.
+    /// Handles a lost frame of this bus.
     fn on_overrun(&mut self, bus: Bus, now: Instant);
-    /// Its controller is error passive for want of acknowledgements on this bus, or is so no more.
+    /// Handles the start or end of error passive by missing acknowledgements on this bus.
     fn on_unacknowledged(&mut self, bus: Bus, unacknowledged: bool, now: Instant);
-    /// When to poll.
+    /// Returns the next time to poll.
     fn deadline(&self) -> Option<Instant>;
-    /// Whether its controller takes part in this bus.
+    /// Returns whether its controller takes part in this bus.
     fn is_joined(&self, bus: Bus) -> bool;
-    /// Whether it only listens there: it acknowledges nothing.
+    /// Returns whether it only listens and acknowledges no frame.
     fn is_silent(&self) -> bool;
-    /// The bus that it considers active.
+    /// Returns the bus that it considers active.
     fn active(&self) -> Bus;
-    /// NMT state.
+    /// Returns its NMT state.
     fn state(&self) -> NmtState;
-    /// What it wants sent.
+    /// Returns the frames to be sent, for changes.
     fn outgoing(&mut self) -> &mut Outgoing;
-    /// What it wants sent.
+    /// Returns the frames to be sent.
     fn waiting(&self) -> &Outgoing;
 }

@@ -1,4 +1,4 @@
-//! A world under watch of [`host_worlds::judge`].
+//! A world observed by [`host_worlds::judge`].
 
 use ecss_can::redundancy::Parameters;
 use ecss_can::types::{Bus, Canonical, Instant, PerBus};
@@ -9,20 +9,20 @@ use crate::profile::{PARAMETERS, without_round};
 use crate::station::Station;
 use crate::world::{Crew, Fault, MASTERS, Report, World};
 
-/// A spacecraft at [`Instant::ORIGIN`], under watch.
+/// An observed spacecraft at [`Instant::ORIGIN`].
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Watched {
     /// The spacecraft.
     pub world: World,
     /// The properties.
     pub watch: Watch,
-    /// Ticks in a row in which the master of a slave in reach did not know what that slave had reported.
+    /// Consecutive ticks in which the master of a reachable slave did not know its reports.
     pub unknown: u8,
 }
 
 impl Watched {
-    /// All nodes powered at the same instant; with reports, a spacecraft for each slave that may be the one that reports.
-    /// `defect`: a rule that does not hold.
+    /// Returns spacecraft with all nodes powered at the same instant: one, or one per slave that may report. `defect`:
+    /// a broken rule.
     pub fn all(crew: Crew, faults: u8, defect: Option<Defect>) -> Vec<Watched> {
         let watched = |reporter| Watched {
             world: World::new(crew, reporter, faults, defect),
@@ -32,48 +32,48 @@ impl Watched {
         crew.reporters().into_iter().map(watched).collect()
     }
 
-    /// The first of [`all`](Watched::all): without reports there is no other.
+    /// Returns the first one of [`all`](Watched::all), the only one without reports.
     pub fn new(crew: Crew, faults: u8, defect: Option<Defect>) -> Watched {
         Watched::all(crew, faults, defect).swap_remove(0)
     }
 
-    /// A fault happens, and what follows from it at once.
+    /// Applies a fault and its immediate consequences.
     pub fn suffer(&mut self, fault: Fault) {
         self.suffer_at(fault, Instant::ORIGIN);
         self.world.canonical(Instant::ORIGIN, &());
     }
 
-    /// The same at any time, without the shift to [`Instant::ORIGIN`].
+    /// Applies a fault at any time, without the shift to [`Instant::ORIGIN`].
     pub fn suffer_at(&mut self, fault: Fault, now: Instant) {
         self.world.suffer_at(fault, now, &mut |world| restart(&mut self.watch, world));
         restart(&mut self.watch, &self.world);
         self.unknown = 0;
     }
 
-    /// The slave reports, and what follows from it at once.
+    /// Applies a report of the slave and its immediate consequences.
     pub fn report(&mut self, report: Report) {
         self.report_at(report, Instant::ORIGIN);
         self.world.canonical(Instant::ORIGIN, &());
     }
 
-    /// The same at any time, without the shift to [`Instant::ORIGIN`].
+    /// Applies a report at any time, without the shift to [`Instant::ORIGIN`].
     pub fn report_at(&mut self, report: Report, now: Instant) {
         self.world.report_at(report, now, &mut |world| restart(&mut self.watch, world));
         self.unknown = 0;
     }
 
-    /// Ticks until something is due.
+    /// Returns the ticks until the next due action.
     pub fn ticks(&self) -> u32 {
         self.world.ticks_from(Instant::ORIGIN)
     }
 
-    /// Time goes on to the next tick at which something is due.
+    /// Advances time to the next tick with a due action.
     pub fn tick(&mut self) {
         let now = self.tick_from(Instant::ORIGIN);
         self.world.canonical(now, &());
     }
 
-    /// The same from any time, without the shift to [`Instant::ORIGIN`]. Returns the time then.
+    /// Advances time from any time, without the shift to [`Instant::ORIGIN`]. Returns the new time.
     pub fn tick_from(&mut self, now: Instant) -> Instant {
         let ticks = self.world.ticks_from(now);
         let now = self.world.tick_from(now, &mut |world| restart(&mut self.watch, world));
@@ -89,7 +89,7 @@ impl Watched {
     }
 }
 
-/// Calls `judge` with the nodes of a world, and which of them a bus joins.
+/// Calls `judge` with the nodes of a world and their connections.
 fn with_view<R>(world: &World, judge: impl FnOnce(&View) -> R) -> R {
     let mut masters = [judge::Master::default(); judge::MASTERS];
     for ((seen, master), place) in masters.iter_mut().zip(&world.masters).zip(MASTERS) {
@@ -121,18 +121,18 @@ fn with_view<R>(world: &World, judge: impl FnOnce(&View) -> R) -> R {
     })
 }
 
-/// Whether the master does not know what a slave in its reach has reported.
+/// Returns whether the master does not know a report of a reachable slave.
 fn is_unknown(view: &View, world: &World) -> bool {
     let Command::One(master) = view.command() else { return false };
     (0..2).any(|slave| view.is_in_reach(master, slave)) && !world.is_known_by(master)
 }
 
-/// A fault happened.
+/// Restarts the bounds after a fault.
 fn restart(watch: &mut Watch, world: &World) {
     with_view(world, |view| watch.restart(view));
 }
 
-/// Looks at the world after `ticks`. Times count when no fault can happen any more.
+/// Checks the world after `ticks`. Times count when no further fault is possible.
 fn look(watch: &mut Watch, world: &World, ticks: u32) {
     watch.has_wrong_bdefault |= world.slaves.iter().any(|slave| slave.has_wrong_bdefault());
     with_view(world, |view| {

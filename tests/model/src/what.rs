@@ -1,20 +1,20 @@
-//! What a slave reports, as slaves and masters know it.
+//! The report of a slave, shared by slaves and masters.
 
 use ecss_can::emcy::ErrorCode;
 use ecss_can::types::{CobId, NodeId};
 
-/// What a slave reports: one is searched without the other, because neither depends on it.
+/// Kind of a slave's report. Each kind is searched alone, because they are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum What {
-    /// An error, which appears, is gone, and appears again.
+    /// An error, which starts, ends, and starts again.
     Error,
     /// A value that is declared as a state. It changes once.
     Value,
 }
 
-/// The error.
+/// Code of the error.
 pub const ERROR: ErrorCode = ErrorCode::TEMPERATURE_DEVICE;
-/// Its source.
+/// Source of the error.
 pub const SOURCE: u8 = 1;
 
 /// COB-ID of the transmit PDO with the value.

@@ -19,20 +19,21 @@ pub use crew::{Crew, Reporter};
 pub use fault::{Fault, Kind, Message};
 pub use report::Report;
 
-/// The most nodes: the master, two slaves, and the second master.
+/// Largest number of nodes: the master, two slaves, and the second master.
 pub const STATIONS: usize = 4;
-/// Reports of an error: it appears, is gone, and appears again. With three faults, not again: there are too many states.
+/// Returns the number of reports of an error: it starts, ends, and starts again. With three faults it does not start
+/// again, to limit the states.
 const fn reports(faults: u8) -> u8 {
     if faults <= MOST_WITHOUT_ROUNDS { 3 } else { 2 }
 }
-/// With more faults a report may be lost unnoticed by all, and only a round finds it.
+/// Largest number of faults without rounds. With more faults a report may be lost unnoticed, and only a round finds it.
 const MOST_WITHOUT_ROUNDS: u8 = 2;
 /// Places of the slaves.
 const SLAVES: [usize; 2] = [1, 2];
 /// Places of the masters.
 pub const MASTERS: [usize; 2] = [0, 3];
 
-/// A whole spacecraft.
+/// A spacecraft.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct World {
     /// The master, or the one strapped prime and the other one.
@@ -49,24 +50,24 @@ pub struct World {
     pub left: u8,
     /// Reports that may still be made.
     pub reports: u8,
-    /// The slave that reports: the other one is not there.
+    /// The reporting slave. The other one is absent.
     reporter: Option<Reporter>,
-    /// With reports and without rounds, the stub of a master that was cut last is not mended before.
+    /// Earliest repair of a master's stub that was cut last, with reports and without rounds.
     mended_at: Instant,
-    /// The master asks for errors, and the slave sends its value, also at intervals.
+    /// Whether the master asks for errors, and the slave sends its value, at intervals too.
     has_rounds: bool,
-    /// Equal frames of the same moment are one.
+    /// Whether equal frames of the same time merge.
     is_in_step: bool,
-    /// Applications and budgets act, and controllers of the master go bus-off.
+    /// Whether applications and budgets act, and controllers of the master go bus-off.
     is_in_use: bool,
-    /// No master loses its memory.
+    /// Whether no master loses its memory.
     is_memory_kept: bool,
-    /// A rule that does not hold.
+    /// The broken rule.
     defect: Option<Defect>,
 }
 
 impl World {
-    /// All nodes powered at the same instant. `defect`: a rule that does not hold.
+    /// Makes a world with all nodes powered at the same instant. `defect`: a broken rule.
     pub fn new(crew: Crew, reporter: Option<Reporter>, faults: u8, defect: Option<Defect>) -> World {
         let slaves = [
             Slave::new(PARALLEL, BusAccess::Parallel, defect),
@@ -112,7 +113,7 @@ impl World {
         world
     }
 
-    /// Whether the active master has asked both slaves.
+    /// Returns whether the active master has identified both slaves.
     fn are_known(&self) -> bool {
         let knows = |master: &Master| {
             [PARALLEL, SELECTIVE].iter().all(|node| master.redundancy.peers().counts(*node))
@@ -134,28 +135,28 @@ impl World {
         }
     }
 
-    /// Places of the nodes that are there.
+    /// Returns the places of existing nodes.
     fn places(&self) -> impl Iterator<Item = usize> + use<> {
         let absent = self.reporter.map(Reporter::absent);
         (0..self.masters.len() + self.slaves.len()).filter(move |place| absent != Some(*place))
     }
 
-    /// Whether this place has a node.
+    /// Returns whether this place has a node.
     pub fn is_there(&self, place: usize) -> bool {
         self.places().any(|other| other == place)
     }
 
-    /// Whether a node is on the wire of a bus, its controller apart.
+    /// Returns whether a node is connected to the wire of a bus, regardless of its controller.
     pub fn is_connected(&self, bus: Bus, place: usize) -> bool {
         self.cut & stub(bus, place) == 0
     }
 
-    /// Whether a node has power.
+    /// Returns whether a node has power.
     pub fn is_powered(&self, place: usize) -> bool {
         self.off & 1 << place == 0
     }
 
-    /// Whether a frame is still to be lost.
+    /// Returns whether a frame is still to be lost.
     pub fn is_losing(&self) -> bool {
         self.losing != 0
     }
@@ -164,12 +165,12 @@ impl World {
         self.is_powered(place) && self.is_connected(bus, place) && self.seen(place).is_joined(bus)
     }
 
-    /// Whether it sends and acknowledges.
+    /// Returns whether a node sends and acknowledges.
     fn takes_part(&self, bus: Bus, place: usize) -> bool {
         self.hears(bus, place) && !self.seen(place).is_silent()
     }
 
-    /// A fault happens, and what follows from it at once. `on_loss`: called when a frame is lost.
+    /// Applies a fault and its immediate consequences. `on_loss`: called when a frame is lost.
     pub fn suffer_at(&mut self, fault: Fault, now: Instant, on_loss: &mut dyn FnMut(&World)) {
         self.masters.iter_mut().for_each(Master::forget_news);
         match fault {
@@ -227,7 +228,7 @@ impl World {
         self.masters[0].on_bus_off(bus, is_failed, is_powered, now);
     }
 
-    /// Ticks until something is due.
+    /// Returns the ticks until the next due action.
     pub fn ticks_from(&self, now: Instant) -> u32 {
         let powered = self.places().filter(|place| self.is_powered(*place));
         let due = powered.filter_map(|place| self.seen(place).deadline()).min();
@@ -235,7 +236,7 @@ impl World {
         wait.as_micros().div_ceil(TICK.as_micros()) as u32
     }
 
-    /// Time goes on to the next tick at which something is due. Returns the time then. `on_loss`: called when a frame is lost.
+    /// Advances time to the next tick with a due action. Returns the new time. `on_loss`: called when a frame is lost.
     pub fn tick_from(&mut self, now: Instant, on_loss: &mut dyn FnMut(&World)) -> Instant {
         let now = now + TICK.times(self.ticks_from(now));
         self.masters.iter_mut().for_each(Master::forget_news);
@@ -257,7 +258,7 @@ impl World {
         now
     }
 
-    /// Everything that can be sent is sent, the lowest COB-ID first.
+    /// Sends all frames that can be sent, the lowest COB-ID first.
     fn settle(&mut self, now: Instant, on_loss: &mut dyn FnMut(&World)) {
         loop {
             let mut next: Option<(CobId, Bus, usize, Frame)> = None;
@@ -282,7 +283,7 @@ impl World {
         }
     }
 
-    /// Who sends this frame together with the node at `place`, that one first.
+    /// Returns the places of nodes that send this frame together, starting with `place`.
     fn senders(&self, bus: Bus, place: usize, frame: &Frame) -> Vec<usize> {
         let is_other = |other: &usize| {
             self.is_in_step
@@ -293,7 +294,7 @@ impl World {
         std::iter::once(place).chain(self.places().filter(is_other)).collect()
     }
 
-    /// A frame that nobody acknowledges is repeated, and who listens only receives it.
+    /// Delivers unacknowledged frames, which are repeated, to nodes that only listen.
     fn overhear(&mut self, now: Instant, on_loss: &mut dyn FnMut(&World)) {
         for bus in Bus::ALL {
             for place in self.places().filter(|place| self.takes_part(bus, *place)).collect::<Vec<_>>() {

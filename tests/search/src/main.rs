@@ -1,4 +1,4 @@
-//! Searches through all that can happen to the redundancy, or shows how a defect is found.
+//! Searches all states of the redundancy, or shows how a defect is found.
 
 use std::process::ExitCode;
 use std::time::Instant;

@@ -21,9 +21,9 @@ fn deaf_for(duration: Time) -> (Flight, Time) {
     (flight, last)
 }
 
-/// The master's receiver is deaf for two milliseconds while it sends: every dominant bit of its is a bit error, and its
-/// counter runs to bus-off. It is alone with its slaves again after the pause of its policy and the recovery sequence;
-/// nobody changes the bus.
+/// Given a master whose receiver is deaf for two milliseconds while it sends, when each dominant bit is a bit error,
+/// then its counter reaches bus-off. After the pause of its policy and the recovery sequence it communicates again, and
+/// no node changes the bus.
 ///
 /// Verifies: ECSS 5.6.2a
 /// Verifies: ECSS 5.6.2b
@@ -33,7 +33,7 @@ fn the_master_recovers_from_bus_off_and_keeps_its_slaves() {
     let off = flight.assert_said(1, "Nominal: error BusOff", last);
     let back = flight.assert_said(1, "Nominal: error Active", off);
     let recovered = ms(10) + Time::from_us(RECOVERY_US);
-    // Slaves may talk meanwhile, and the driver looks every millisecond.
+    // Slaves may send meanwhile, and the driver polls every millisecond.
     assert!((recovered..recovered + ms(3)).contains(&back.since(off)), "{} us", back.since(off).as_us());
     flight.assert_operational([2, 3, 4], Bus::Nominal);
     flight.assert_kept_running([2, 3, 4], last);
@@ -41,7 +41,7 @@ fn the_master_recovers_from_bus_off_and_keeps_its_slaves() {
     flight.assert_nothing_lost();
 }
 
-/// When the master said that it is bus-off on the nominal bus (`true`), or error active again.
+/// Returns the times at which the master logged bus-off on the nominal bus (`true`), or error active again.
 fn changes(flight: &Flight) -> Vec<(Time, bool)> {
     let master = flight.board(MASTER);
     let said = flight.logs.iter().filter(|log| log.board == master);
@@ -53,7 +53,8 @@ fn changes(flight: &Flight) -> Vec<(Time, bool)> {
     .collect()
 }
 
-/// The heartbeat that waits goes out as soon as the controller is back, into the next collision.
+/// Given a receiver that stays deaf, when the controller is back, then the pending heartbeat causes the next bus-off at
+/// once, and each bus-off is reported and recovered.
 ///
 /// Verifies: ECSS 5.6.2a, 5.6.2b
 #[test]
@@ -62,7 +63,7 @@ fn every_bus_off_of_two_in_a_row_is_told_and_recovered() {
     let changes = changes(&flight);
     let off: Vec<bool> = changes.iter().map(|(_, off)| *off).collect();
     assert_eq!(off, [true, false, true, false], "{changes:?}\n{}", flight.log(1));
-    // Each of them has its pause, and not before it the recovery.
+    // The recovery of each one follows its pause.
     for pair in changes.chunks(2) {
         assert!(pair[1].0.since(pair[0].0) > ms(10), "{changes:?}");
     }

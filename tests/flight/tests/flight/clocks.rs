@@ -1,7 +1,7 @@
-//! Clocks of slaves against that of the master, by their pulses, with crystals that drift and make noise.
+//! Clock errors of slaves relative to the master, measured by their pulses, with drift and noise of crystals.
 //!
-//! Profile `standby`: a SYNC every 100 ms, the spacecraft time every second, a pulse every second. Minutes with five seeds are
-//! flown by `cargo xtask bench --only time`.
+//! Profile `standby`: a SYNC every 100 ms, the spacecraft time every second, a pulse every second. Flights of minutes
+//! with five seeds are run by `cargo xtask bench --only time`.
 
 use can_wire::time::Time;
 use can_wire::transceiver::Transceiver;
@@ -48,8 +48,8 @@ fn flown(capture_wires: bool) -> [Errors; 3] {
     [1, 2, 3].map(|slave| trial.errors(BoardId(0), BoardId(slave), ms(1_000), SETTLED, END))
 }
 
-/// Given delays that nobody has configured, then clocks are late by the cable, and by half of what their transceivers are slower
-/// than the master's.
+/// Given delays that are not configured, then clocks are late by the delay of the cable, and by half of the difference
+/// between the delays of their transceivers and the master's.
 ///
 /// Verifies: ECSS 7.2.1a, 7.2.3c, 7.2.3g
 #[test]
@@ -75,7 +75,7 @@ impl Client {
         self.flight.ask(self.guest, MASTER, request)
     }
 
-    /// Has the cable to a slave measured.
+    /// Starts a measurement of the cable to a slave, and waits for its end.
     fn measure(&mut self, node: u8, span_ms: u64) {
         assert_eq!(self.ask([0x2F, 0x20, 0x63, 1, node, 0, 0, 0])[0], 0x60);
         assert_eq!(self.read(2), 1, "it runs");
@@ -90,8 +90,9 @@ impl Client {
     }
 }
 
-/// 10 m and 20 m are 50 ns and 100 ns, whatever their transceivers take. One measurement has a standard deviation of about 10 ns, the
-/// mean of four half of it. A slave that is not there fails.
+/// Given cables of 10 m and 20 m, then 50 ns and 100 ns are measured, independent of transceiver delays. One
+/// measurement has a standard deviation of about 10 ns, the mean of four has half of it. The measurement to a missing
+/// slave fails.
 #[test]
 fn cables_are_measured_by_both_ends() {
     let mut flight = Flight::of(&MASTER_AND_THREE, |setup| board(setup, true));

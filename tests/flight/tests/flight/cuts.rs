@@ -1,4 +1,4 @@
-//! Cut buses: who notices when, who goes where, and that nothing stale comes after.
+//! Cut buses: detection, changes of the bus, and no stale frames afterwards.
 
 use std::sync::LazyLock;
 
@@ -7,9 +7,9 @@ use twin::spacecraft::Bus;
 
 use flight::*;
 
-/// Heartbeat period, and what the master may take to be sure that nobody acknowledges.
+/// Heartbeat period, and the time in which the master detects missing acknowledgements.
 const DETECTION: Time = Time::from_ms(250 + 5);
-/// Ttoggle consumer times, and 5 % of them.
+/// Ttoggle consumer times.
 const TOGGLING: Time = Time::from_ms(12_500);
 const TOLERANCE: Time = Time::from_ms(625);
 
@@ -19,7 +19,7 @@ const CUT: Time = Time::from_ms(2013);
 static FLIGHT: LazyLock<Recording> =
     LazyLock::new(|| Flight::new(&MASTER_AND_THREE).cut_next_to_master(CUT, 15_500));
 
-/// When the master began its first frame on the redundant bus.
+/// Returns the start of the master's first frame on the redundant bus.
 fn detection(recording: &Recording) -> Time {
     recording.on(Bus::Redundant).find(|seen| seen.sender == 0).unwrap().start
 }
@@ -35,7 +35,7 @@ fn the_master_changes_the_bus_when_its_own_is_cut() {
     assert_eq!((first.sender, first.id(), first.data()), (0, Some(0x701), &[OPERATIONAL][..]));
     let told = FLIGHT.said(1, "Isolated", CUT).unwrap();
     assert!(told < detection + ms(1));
-    // The attempt under way ends; then the cut bus is left alone.
+    // The current attempt ends. No further one starts on the cut bus.
     assert!(FLIGHT.attempts(1, Bus::Nominal).all(|at| at < detection + ms(1)));
     assert!(!FLIGHT.of(MASTER).any(|seen| seen.bus == Bus::Nominal && seen.end > CUT));
 }
@@ -103,7 +103,7 @@ fn selective_slave_searches_when_the_master_is_missed() {
     let last = last_master_message_of_slave_4();
     let fallen = FLIGHT.heartbeats(4, Bus::Nominal).into_iter().find(|(_, state)| *state == PRE_OPERATIONAL);
     let fallen = fallen.unwrap().0.since(last);
-    // The consumer time, and then at most a period until its next heartbeat tells.
+    // The consumer time, and at most one period until its next heartbeat shows the state.
     assert!(fallen > ms(2499) && fallen < ms(2500 + 251), "{} us", fallen.as_us());
     let (toggled, state) = FLIGHT.heartbeats(4, Bus::Redundant)[0];
     assert!(about(TOGGLING, TOLERANCE).contains(&toggled.since(last)), "{} us", toggled.since(last).as_us());
@@ -118,7 +118,8 @@ fn selective_slave_takes_part_in_one_bus_at_a_time() {
     for seen in FLIGHT.on(Bus::Redundant).filter(|seen| seen.sender != 3) {
         assert_eq!(seen.reached.contains(&4), seen.end > toggled, "{seen:?}");
     }
-    // The others, with parallel access, would acknowledge on the old bus: nothing is sent there any more.
+    // The slaves with parallel access would acknowledge on the old bus, so each frame there would complete. None is
+    // sent.
     assert_eq!(FLIGHT.on(Bus::Nominal).filter(|seen| seen.end > toggled).count(), 0);
 }
 
@@ -171,7 +172,7 @@ fn both_buses_cut_and_restored() {
             flight.heartbeats(node, active).into_iter().find(|(at, s)| *at > ms(5000) && *s == OPERATIONAL);
         assert!(started.unwrap().0 < ms(5010), "node {node}: {} us", started.unwrap().0.as_us());
     }
-    // Slave 4 hears one bus, and changes it at its time.
+    // Slave 4 listens on one bus, and changes it after its toggling time.
     flight.fly(last_heard + TOGGLING + TOLERANCE);
     flight.assert_operational([2, 3, 4], active);
     assert_eq!(active_bus(&flight), active, "the master does not go to and fro");
@@ -239,7 +240,8 @@ fn nothing_stale_comes_from_the_master_when_a_cut_heals() {
     flight.assert_nothing_lost();
 }
 
-/// The cut heals before the master is sure: it has not left, so what waits is still meant.
+/// Given a cut that heals before the master has detected it, then the master stays on the bus, and pending frames are
+/// still valid.
 #[test]
 fn a_cut_that_heals_before_it_is_detected_changes_nothing() {
     let mut flight = Flight::new(&MASTER_AND_THREE[..3]);
@@ -259,7 +261,8 @@ fn a_cut_that_heals_before_it_is_detected_changes_nothing() {
     flight.assert_nothing_lost();
 }
 
-/// The only slave is cut off between a request and its answer; the answer lives as long as requests are apart.
+/// Given the only slave, cut off between a request and its answer, then no stale frame follows. The lifetime of the
+/// answer is the period of requests.
 #[test]
 fn nothing_stale_comes_from_a_slave_when_a_cut_heals() {
     let mut flight = Flight::new(&MASTER_AND_THREE[..2]);
@@ -283,7 +286,8 @@ fn nothing_stale_comes_from_a_slave_when_a_cut_heals() {
     flight.assert_nothing_lost();
 }
 
-/// Slave 2 is alone on its piece of both buses for 2 s: of its heartbeats one has waited less than a period.
+/// Given slave 2, isolated on both buses for 2 s, then only one heartbeat, which is younger than a period, is still
+/// pending.
 ///
 /// Verifies: ECSS 8.3.3d
 #[test]

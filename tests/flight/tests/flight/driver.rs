@@ -1,4 +1,5 @@
-//! What the driver of the controllers promises: few interrupts, order, urgent frames first, honest results.
+//! Requirements on the driver of the controllers: few interrupts, order of frames, urgent frames first, and correct
+//! results.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -19,8 +20,8 @@ fn delta(before: [u32; 3], after: [u32; 3]) -> [u32; 3] {
     std::array::from_fn(|n| after[n] - before[n])
 }
 
-/// A master that is alone repeats each of its frames until it expires: thousands of errors a second. The frames that
-/// expire interrupt, the attempts do not.
+/// Given a lone master, which repeats each frame until it expires, with thousands of errors per second, then expired
+/// frames cause interrupts and failed attempts do not.
 #[test]
 fn a_lone_transmitter_does_not_interrupt_with_every_attempt() {
     let mut flight = Flight::new(&MASTER_AND_THREE[..1]);
@@ -51,7 +52,7 @@ fn a_cut_costs_a_handful_of_error_interrupts() {
         let since = |seen: &&Seen| seen.end > ms(2013);
         let sent = flight.of(node).filter(since).count();
         let heard = flight.frames.iter().filter(since).filter(|seen| seen.reached.contains(&node)).count();
-        // Those that went out and those that were given up: of the frames of a second some expire.
+        // Frames that were sent or given up: some frames of a second expire.
         assert!((results as usize) < sent + 50, "node {node}: {results} results of {sent} frames");
         assert!(received as usize <= heard, "node {node}: {received} receptions of {heard}");
     }
@@ -59,8 +60,8 @@ fn a_cut_costs_a_handful_of_error_interrupts() {
 }
 
 /// A guest keeps the bus busy with frames that beat commands but not SYNC. Commands and requests fill the mailboxes
-/// that they may have, and the queue; SYNC goes out at its time all the same. Then everything comes in the order of
-/// COB-IDs, and the commands to each slave in theirs.
+/// that they may have, and the queue; SYNC is still sent in time. Then all frames follow in the order of COB-IDs, and
+/// the commands to each slave in the order of their requests.
 #[test]
 fn sync_overtakes_commands_that_wait() {
     let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
@@ -80,11 +81,11 @@ fn sync_overtakes_commands_that_wait() {
     };
     assert_eq!(ids_of_master(begin, end), [0x080], "nothing else of the master gets through");
     let sync = flight.sent(MASTER, Bus::Nominal, 0x080).find(|seen| seen.end > begin).unwrap().end;
-    // One frame of the guest may be on the wire, and its crystal is another one.
+    // One frame of the guest may be on the wire, and its crystal has another error.
     assert!(sync < due + LONGEST_FRAME + ms(1), "{} us late", sync.since(due).as_us());
 
     let waited = ids_of_master(end, end + ms(1));
-    // What was in a mailbox already goes before what was queued behind it.
+    // Frames in a mailbox are sent before frames in the queue.
     let of = |function| waited.iter().filter(move |id| **id & 0x780 == function);
     assert!(waited.len() > 2 && waited.iter().min() == waited.first(), "{waited:03X?}");
     assert!(of(0x300).is_sorted() && of(0x400).is_sorted(), "{waited:03X?}");
@@ -99,8 +100,9 @@ fn sync_overtakes_commands_that_wait() {
     flight.assert_nothing_lost();
 }
 
-/// The answer of a slave lives 100 ms. The bus is busy for about as long, to the microsecond: the answer is aborted
-/// before it starts, while it is on the wire, or just too late. What counts as sent is what went out.
+/// Given an answer with a lifetime of 100 ms and a bus that is busy for about the same time, varied by microseconds,
+/// when the answer is aborted before its start, on the wire, or just too late, then it is reported as sent only if it
+/// was sent.
 #[test]
 fn frame_aborted_as_it_goes_out_is_reported_as_it_really_ended() {
     let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..2], Bus::Nominal);
@@ -113,13 +115,13 @@ fn frame_aborted_as_it_goes_out_is_reported_as_it_really_ended() {
     let (mut in_time, mut too_late) = (0, 0);
     for trial in 0..20 {
         let request = flight.fly_until(|seen| seen.id() == Some(0x402));
-        // What the master has to send by then goes before the answer. The last frame is shorter by whole bytes.
+        // Pending frames of the master are sent before the answer. The last frame is shorter by whole bytes.
         let last = WireFrame::standard(0x010, &[0x55; 8][..2 * (trial % 4)]);
         flood(&mut flight, guest, request.end, 0x010, in_100_ms - 4 + trial / 4);
         flight.twin.inject(guest, request.end, last);
         let until = request.end + ms(110);
         flight.fly(until);
-        // The next request, which waited too, asks for something else.
+        // The next request, which was pending too, asks for another code.
         let asked = &request.data()[..2];
         let answered = flight
             .sent(2, Bus::Nominal, 0x382)

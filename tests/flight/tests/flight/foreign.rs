@@ -1,4 +1,4 @@
-//! Frames that no node of ours sends: foreign, malformed, misplaced.
+//! Frames that no node of the project sends: foreign, malformed, misplaced.
 
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
@@ -19,7 +19,7 @@ fn remote(id: u16, dlc: u8) -> WireFrame {
 }
 
 /// Flies the master and three slaves; a guest on `bus` sends `frames`. All must complete, acknowledged by every board
-/// that takes part in that bus, and nobody may change state or bus.
+/// that takes part in that bus, and no node may change its state or bus.
 fn undisturbed(bus: Bus, frames: &[WireFrame]) -> (Flight, GuestId) {
     let mut flight = Flight::new(&MASTER_AND_THREE);
     let guest = flight.twin.add_guest(bus, 30.0);
@@ -85,7 +85,7 @@ fn foreign_and_remote_frames_are_acknowledged_and_filtered() {
     }
 }
 
-/// Frames for slaves that are not as the protocol has them.
+/// Returns malformed frames for slaves.
 fn malformed_for_slaves() -> Vec<WireFrame> {
     vec![
         // NMT: too short, too long, unknown command, node above 127.
@@ -123,7 +123,7 @@ fn malformed_frames_on_the_active_bus_are_ignored_and_counted() {
     }
 }
 
-/// A malformed message of the master is none: nobody follows it to the other bus.
+/// Given malformed messages of the master on the other bus, then no slave follows them.
 ///
 /// Verifies: ECSS 8.3.3g
 #[test]
@@ -136,7 +136,7 @@ fn malformed_frames_on_the_other_bus_call_nobody_there() {
     assert_eq!(malformed(&flight, 4, Bus::Redundant), 0, "it does not listen there");
 }
 
-/// What slaves send, malformed: the master ignores it and goes on.
+/// Given malformed frames with COB-IDs of slaves, then the master ignores them.
 ///
 /// Verifies: ECSS 6.5.2a
 #[test]
@@ -158,7 +158,7 @@ fn the_master_is_not_disturbed_by_malformed_frames_of_slaves() {
     assert!(gaps(&commands).all(|gap| about(ms(100), ms(1)).contains(&gap)), "{commands:?}");
 }
 
-/// Unknown commands and requests are no protocol errors: the application declines them, and says so.
+/// Given unknown commands and requests, then they are no protocol errors. The application refuses and logs them.
 #[test]
 fn unknown_commands_are_declined() {
     let frames = [

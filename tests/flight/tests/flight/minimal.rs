@@ -24,7 +24,8 @@ fn full_and_minimal_slaves_follow_the_master_to_the_other_bus() {
     assert_slaves_followed(&MIXED);
 }
 
-/// The profile names slave 6: it is not asked who it is. Slave 5, which it does not name, is asked once, and does not answer.
+/// Given a minimal slave 6 in the profile, then the master does not identify it by SDO. Slave 5, which is not in the
+/// profile, is asked once and does not answer.
 #[test]
 fn minimal_slave_that_the_master_knows_is_not_asked_by_sdo() {
     let number = |id: u16| MIXED.with_id(id).count();
@@ -34,8 +35,9 @@ fn minimal_slave_that_the_master_knows_is_not_asked_by_sdo() {
     assert_eq!([0x585, 0x586].map(number), [0, 0], "answers");
 }
 
-/// In profile `librecube` a minimal slave has the time (ECSS 7.1, 7.2.3): SYNC comes every 5 s, the spacecraft time every 10 s. At the
-/// third SYNC after power-on it has been set, and two crystals differ by 100 ppm at most.
+/// Given profile `librecube`, then a minimal slave keeps the time (ECSS 7.1, 7.2.3). SYNC comes every 5 s, the
+/// spacecraft time every 10 s. At the third SYNC after power-on it has been set, and two crystals differ by 100 ppm at
+/// most.
 ///
 /// Verifies: ECSS 7.2.1a, 7.2.2g, 7.2.3h, 7.2.3i, 9.4.3b.2
 #[test]

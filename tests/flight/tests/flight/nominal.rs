@@ -1,4 +1,4 @@
-//! A flight without faults: who says what, when, and whether it is true.
+//! A flight without faults: frames of each node, their times and their contents.
 
 use std::sync::LazyLock;
 
@@ -11,7 +11,7 @@ use flight::*;
 const SLAVES: [u8; 3] = [2, 3, 4];
 const SYNC: u16 = 0x080;
 const SPACECRAFT_TIME: u16 = 0x181;
-/// Frames that may be ahead of one when the bus is asked for it.
+/// Duration of frames that may precede a requested frame.
 const QUEUEING: Time = Time::from_us(400);
 /// Frames that may be ahead of a heartbeat, whose COB-IDs have the lowest priority: a command, a request and a reply of each
 /// slave, 135 us each.
@@ -29,7 +29,7 @@ fn setup(node: u8) -> BoardSetup {
     MASTER_AND_THREE.into_iter().find(|setup| setup.node == node).unwrap()
 }
 
-/// Length of `nominal` by the crystal of `node`: a fast one finishes early.
+/// Returns the duration of `nominal` by the crystal of `node`. It is shorter with a fast crystal.
 fn by_crystal(node: u8, nominal: Time) -> Time {
     Time((nominal.0 as f64 / (1.0 + setup(node).ppm * 1e-6)).round() as u64)
 }
@@ -48,7 +48,8 @@ fn every_node_begins_with_boot_up_message_on_default_bus() {
     assert_eq!(FLIGHT.on(Bus::Redundant).count(), 0);
 }
 
-/// The master is powered first and error passive until a slave acknowledges it: that is no error.
+/// Given a master that is powered first, then it is error passive until a slave acknowledges a frame, and no error is
+/// reported.
 ///
 /// Verifies: ECSS 6.4a.1
 #[test]
@@ -67,7 +68,7 @@ fn a_slave_is_started_as_soon_as_it_has_booted() {
         assert_eq!((booted.1, started.1), (BOOT_UP, OPERATIONAL));
         let start = FLIGHT.first_after(booted.0, |seen| seen.id() == Some(0) && seen.data() == [1, node]);
         assert!(start.unwrap().end < started.0);
-        // The store of an erased chip is looked over (4 ms); identity and settings are asked over SDO.
+        // The slave scans the store of an erased chip (4 ms). The master reads identity and settings over SDO.
         assert!(started.0 < ms(setup(node).power_on_ms + 20), "node {node}: {} us", started.0.as_us());
     }
 }
@@ -111,7 +112,7 @@ fn a_sync_every_5_s_and_a_spacecraft_time_every_10_s() {
     }
 }
 
-/// A SCET in a frame, microseconds: fine time (2^-24 s), then coarse time, little-endian (ECSS Figure 7-1).
+/// Returns the SCET in a frame, microseconds: fine time (2^-24 s), then coarse time, little-endian (ECSS Figure 7-1).
 fn scet_us(octets: &[u8]) -> u64 {
     assert_eq!(octets.len(), 7);
     let (fine, coarse) = octets.split_at(3);
@@ -153,7 +154,7 @@ fn commands_and_telemetry_flow_ten_times_a_second() {
     }
 }
 
-/// The telemetry of a slave with the code of its request, and when it was asked for.
+/// Returns the telemetry of a slave with this code, and the time of each request.
 fn replies(node: u8, code: u16) -> Vec<(Time, Vec<u8>)> {
     let [request_id, reply_id] = [0x400, 0x380].map(|function| function + u16::from(node));
     let mut replies = Vec::new();
@@ -179,7 +180,7 @@ fn the_uptime_told_is_the_time_since_power_on() {
         for (asked, reply) in replies(node, 0x0101) {
             let since_power_on = asked.since(ms(setup(node).power_on_ms)).as_us() / 1000;
             let told = number(&reply);
-            // The clock starts when the crystal runs and memory is initialised.
+            // The clock starts after the start of the crystal and the initialisation of memory.
             assert!((since_power_on - 10..=since_power_on + 1).contains(&told), "node {node}: {told} ms");
         }
     }

@@ -1,4 +1,4 @@
-//! Programs that end: each leaves a record, its board is reset and reports it, and the others fly on.
+//! Programs that end: each leaves a record, its board is reset and reports the record, and the other boards continue.
 
 use can_wire::time::Time;
 use twin::board::{Fittings, State};
@@ -16,23 +16,23 @@ const BROWN_OUT: u8 = 6;
 const OSCILLATOR: u8 = 7;
 
 const RESET_SLAVE: u8 = 3;
-/// All are operational by then.
+/// Time at which all boards are operational.
 const FLOWN_MS: u64 = 400;
 
-/// After its reset a board is operational again, and its emergency is over.
+/// Time after a reset in which a board is operational again and its emergency has ended.
 const OPERATIONAL_AFTER: Time = Time::from_ms(400);
 
 /// `LDR r0, [pc, #4]; LDR r1, [pc, #4]; BX r1; NOP`, then both words.
 const CALL: [u16; 4] = [0x4801, 0x4902, 0x4708, 0xBF00];
 
-/// The slave has executed each command that the master has sent to it.
+/// Asserts that the slave has executed each command of the master.
 fn assert_commanded(flight: &Flight, node: u8) {
     let commands = flight.with_id(0x300 + u16::from(node)).filter(|seen| seen.sender == 0);
     assert_eq!(flight.executed(node) as usize, commands.count(), "slave {node} executes each command");
 }
 
-/// Emergencies of the victim after `from`: code, register, information. Each once: a slave that is reset announces to the
-/// master that it finds what it sent before.
+/// Returns the emergencies of the victim after `from`, each once: code, register, information. After a reset a slave
+/// repeats them when it finds its master.
 fn emergencies(flight: &Flight, from: Time) -> Vec<&[u8]> {
     let mut reported = Vec::new();
     for data in flight.emergencies(RESET_SLAVE, from) {
@@ -43,7 +43,7 @@ fn emergencies(flight: &Flight, from: Time) -> Vec<&[u8]> {
     reported
 }
 
-/// What is reported of a program that ended: its emergency, and the end of that.
+/// Returns the data of the emergency that reports the end of a program, and of the message that ends the emergency.
 fn emergency(cause: u8, pc: u32) -> [[u8; 8]; 2] {
     let [a, b, c, d] = pc.to_le_bytes();
     [[0, 0x61, 1, cause, a, b, c, d], [0, 0, 0, 0, 0x61, cause, 0, 0]]
@@ -54,23 +54,24 @@ fn assert_victim_runs(flight: &Flight) {
     assert!(is_up, "{}", flight.log(RESET_SLAVE));
 }
 
-/// Slave 2 was operational all the time since `from`, and executed each command.
+/// Asserts that slave 2 was operational at all times since `from`, and executed each command.
 fn assert_other_flew_on(flight: &Flight, from: Time) {
     assert!(Bus::ALL.into_iter().any(|bus| flight.is_operational(2, bus)), "{}", flight.log(2));
     flight.assert_kept_running([2], from);
     assert_commanded(flight, 2);
 }
 
-/// Functions of the return addresses in the record of a board.
+/// Returns the functions of the return addresses in the record of a board.
 fn callers(flight: &Flight, node: u8) -> Vec<String> {
     let board = flight.emulated(node);
     let record = board.symbol("boards_stm32f4::post_mortem::record::POST_MORTEM").unwrap().address;
-    // Behind checksum, cause and program counter.
+    // After checksum, cause and program counter.
     let addresses = (3..11).map(|n| word_at(flight, node, record + 4 * n));
     addresses.filter_map(|at| board.function_at(at & !1)).map(str::to_owned).collect()
 }
 
-/// The victim reports `cause` at `pc` once, after its boot-up message, and is operational again; slave 2 executed each command.
+/// Asserts that the victim reports `cause` at `pc` once, after its boot-up message, and is operational again, and that
+/// slave 2 executed each command.
 fn assert_reported(flight: &Flight, ended: Time, cause: u8, pc: u32) {
     assert_eq!(emergencies(flight, ended), emergency(cause, pc), "{}", flight.log(RESET_SLAVE));
     let first = flight.of(RESET_SLAVE).find(|seen| seen.end > ended).unwrap();
@@ -85,7 +86,7 @@ fn flown() -> Flight {
     flight
 }
 
-/// What node 3 answers to an expedited upload of object 2032h.
+/// Returns the answer of node 3 to an expedited upload of object 2032h.
 fn record(flight: &mut Flight, guest: GuestId, sub: u8) -> u32 {
     let answer = flight.ask(guest, RESET_SLAVE, [0x40, 0x32, 0x20, sub, 0, 0, 0, 0]);
     u32::from_le_bytes(answer[4..].try_into().unwrap())
@@ -98,7 +99,7 @@ fn record(flight: &mut Flight, guest: GuestId, sub: u8) -> u32 {
 #[test]
 fn hung_task_is_recorded_and_reported() {
     let number = tasks(&flown(), RESET_SLAVE).len();
-    // Both buses, what is due, pulses, the application.
+    // Tasks of both buses, of deadlines, of pulses and of the application.
     assert_eq!(number, 5);
     let cases = [(&HANG[..], LATE_TASK, BODY, 1_400, 0), (&HANG_WITHOUT_INTERRUPTS, WATCHDOG, 0, 4_500, 1)];
     for (nth, (code, cause, pc, within_ms, bites)) in
@@ -118,7 +119,8 @@ fn hung_task_is_recorded_and_reported() {
     }
 }
 
-/// Given a slave, when its program is at an instruction that is none, then the record has its address; it is in the dictionary.
+/// Given a slave, when its program reaches an undefined instruction, then the record has its address, and is in the
+/// dictionary.
 ///
 /// Verifies: ECSS 6.4a, 6.4a.2, 6.5.3a
 #[test]
@@ -135,7 +137,7 @@ fn fault_is_recorded_and_reported() {
     assert_eq!(record(&mut flight, guest, 5), 160);
 }
 
-/// Given a slave, when its program panics, then the record has the end of the log, which says where.
+/// Given a slave, when its program panics, then the record has the end of the log with the place of the panic.
 ///
 /// Verifies: ECSS 6.4a, 6.4a.2, 6.5.3a
 #[test]
@@ -177,7 +179,8 @@ fn stack_overflow_is_recorded_and_reported() {
     assert_reported(&flight, ended, STACK_OVERFLOW, 0);
 }
 
-/// Given a slave, when its supply falls below the threshold for a moment, then it says so; nothing else of RAM is believed.
+/// Given a slave, when its supply falls below the threshold for a moment, then it reports that, and uses nothing else
+/// from RAM.
 ///
 /// Verifies: ECSS 6.4a, 6.4a.2
 #[test]
@@ -194,8 +197,8 @@ fn brown_out_is_reported() {
     flight.assert_said(RESET_SLAVE, "last reset: cause 6, 1 in a row, at 00000000h", ms(FLOWN_MS));
 }
 
-/// Power-on and the reset pin are no ends that are reported. A board as delivered has no brown-out reset: a supply that falls is a
-/// power-on.
+/// Given a power-on or a reset by the pin, then no end of a program is reported. A new board has no brown-out reset, so
+/// a drop of its supply is a power-on.
 ///
 /// Verifies: ECSS 6.4a.1
 #[test]
@@ -238,8 +241,8 @@ fn hung_master_is_reset_and_goes_on() {
     assert!(last > ended + ms(800) && ended < hung + ms(1_400), "it commands again");
 }
 
-/// Given a slave in flight, when its oscillator stops, then it is silent at once and stays off both buses; after it was mended
-/// the board reports it.
+/// Given a slave in flight, when its oscillator stops, then it is silent at once and stays off both buses. After the
+/// repair the board reports the fault.
 ///
 /// Verifies: ECSS 6.4a.2
 #[test]
@@ -262,8 +265,8 @@ fn oscillator_that_stops_silences_the_board() {
     assert_victim_runs(&flight);
 }
 
-/// Given a slave that ends again and again, when that was five times in a row, then it is silent for 10 minutes before it tries
-/// again; power-on ends that.
+/// Given a slave whose program keeps ending, when it has ended five times in a row, then it is silent for 10 minutes
+/// before it starts again. A power-on ends the silence.
 #[test]
 fn five_resets_in_a_row_silence_the_board() {
     let mut flight = flown();
@@ -279,7 +282,7 @@ fn five_resets_in_a_row_silence_the_board() {
     flight.fly(flight.end + ms(4_000));
     let silent = flight.end.since(ms(4_000));
     flight.assert_absent(RESET_SLAVE, silent);
-    // The others would fly the 10 minutes too: that takes long.
+    // The other boards are switched off, because a simulation of their 10 minutes takes long.
     let others = [MASTER, 2].map(|node| flight.board(node));
     others.into_iter().for_each(|other| flight.twin.power(other, false));
     flight.fly(silent + ms(598_000));
@@ -300,14 +303,14 @@ fn five_resets_in_a_row_silence_the_board() {
     flight.assert_said(RESET_SLAVE, "1 in a row", powered);
 }
 
-/// Given the quickest watchdog, LSI at 47 kHz, and the slowest flash, when a slave erases a sector of its store at its start, which
-/// takes 2 s, then the watchdog does not bite.
+/// Given the quickest watchdog, LSI at 47 kHz, and the slowest flash, when a slave erases a sector of its store at its
+/// start, which takes 2 s, then the watchdog causes no reset.
 #[test]
 fn longest_erase_is_shorter_than_the_watchdog() {
     let quick = Fittings { lsi_hz: 47_000, flash_speed: FlashSpeed::Slowest, ..Fittings::default() };
     let fittings = |node| if node == RESET_SLAVE { quick } else { Fittings::default() };
     let mut flight = Flight::fitted(&MASTER_AND_THREE[..3], fittings);
-    // The first word of the store: no page, and not erased.
+    // The first word of the store is neither that of a page nor erased.
     flight.emulated_mut(RESET_SLAVE).write_flash(0x080C_0000, &[0; 4]).unwrap();
     flight.fly_to(1_900);
     assert_eq!(flight.of(RESET_SLAVE).next(), None, "it erases");
@@ -317,8 +320,8 @@ fn longest_erase_is_shorter_than_the_watchdog() {
     assert_victim_runs(&flight);
 }
 
-/// Given a debugger on a slave, when its program meets a fault, then it stops there, silent on both buses, until it is reset. The
-/// record is written all the same.
+/// Given a debugger on a slave, when its program meets a fault, then it stops there, silent on both buses, until it is
+/// reset. The record is still written.
 ///
 /// Verifies: ECSS 6.4a.2, 6.5.3a
 #[test]

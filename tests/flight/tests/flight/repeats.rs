@@ -1,7 +1,7 @@
 //! Commands that CAN delivers more than once: every command is executed once.
 //!
-//! A transmitter that sees an error in the last bit of EOF repeats a frame that its receivers have already
-//! (ISO 11898-1, 10.7 and 13.4.3).
+//! A transmitter that detects an error in the last bit of EOF repeats the frame, which its receivers have already
+//! accepted (ISO 11898-1, 10.7 and 13.4.3).
 
 use can_wire::fault::{Fault, Flip, Nodes, Place};
 use can_wire::field::Field;

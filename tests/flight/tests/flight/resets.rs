@@ -1,4 +1,4 @@
-//! Boards that start again in mid-flight: by reset, by power, by command.
+//! Boards that restart during a flight: by reset, loss of power, or command.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -6,12 +6,12 @@ use twin::spacecraft::{Bus, Event};
 
 use flight::*;
 
-/// When `node` sent its boot-up message on `bus` after `from`.
+/// Returns the time of the boot-up message of `node` on `bus` after `from`.
 fn boot_up(flight: &Flight, node: u8, bus: Bus, from: Time) -> Option<Time> {
     flight.heartbeats(node, bus).into_iter().find(|(at, s)| *at > from && *s == BOOT_UP).map(|(at, _)| at)
 }
 
-/// Time that passes between two commands to `node` on `bus` after `from`.
+/// Returns the longest time between two commands to `node` on `bus` after `from`.
 fn longest_pause(flight: &Flight, node: u8, bus: Bus, from: Time) -> Time {
     let commands = flight.sent(MASTER, bus, 0x300 + u16::from(node)).map(|seen| seen.end);
     let ends: Vec<Time> = commands.filter(|at| *at > from).chain([flight.end]).collect();
@@ -31,7 +31,7 @@ fn the_master_is_reset_and_its_slaves_fly_on() {
     flight.assert_kept_running([2, 3, 4], ms(300));
     flight.assert_operational([2, 3, 4], Bus::Nominal);
     for node in [2, 3, 4] {
-        // The master knows no slave until its next heartbeat.
+        // After its reset the master knows a slave only from the next heartbeat of that slave.
         let pause = longest_pause(&flight, node, Bus::Nominal, ms(900));
         assert!(pause < ms(100 + 10 + 250 + 100), "node {node}: {} us", pause.as_us());
     }
@@ -63,7 +63,8 @@ fn master_reset_takes_it_and_its_slaves_to_the_default_bus() {
     flight.assert_sound();
 }
 
-/// By its reset pin, and by half a second without power.
+/// Given a slave, when it restarts by its reset pin or after half a second without power, then the master starts it
+/// again.
 ///
 /// Verifies: ECSS 6.5.1a.1, 6.5.3a, 8.3.2a
 #[test]
@@ -99,7 +100,7 @@ fn commanded(command: u8) -> (Flight, Time, Vec<u8>) {
     after(WireFrame::standard(0x000, &[command, 3]))
 }
 
-/// The same with any frame of a foreign controller.
+/// Flies as [`commanded`] with any frame of a foreign controller.
 fn after(frame: WireFrame) -> (Flight, Time, Vec<u8>) {
     let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
     flight.twin.inject(guest, ms(1050), frame);
@@ -113,7 +114,8 @@ fn after(frame: WireFrame) -> (Flight, Time, Vec<u8>) {
     (flight, sent, states)
 }
 
-/// Reset Node resets the chip, Reset Communication starts the node over without that.
+/// Given a slave, when it is commanded to reset, then Reset Node resets its chip, and Reset Communication restarts its
+/// node without a chip reset.
 ///
 /// Verifies: ECSS 6.5.1a.4, 6.5.1a.5, 6.5.3a
 #[test]
@@ -132,7 +134,8 @@ fn reset_node_resets_the_chip_and_reset_communication_does_not() {
     }
 }
 
-/// A client of the master has it stop node 3 (1F82h: 4).
+/// Given a client that commands the master to stop node 3 (1F82h: 4), then node 3 stays stopped and sends only
+/// heartbeats.
 ///
 /// Verifies: ECSS 6.5.1a.2, 6.5.4a
 #[test]
@@ -145,7 +148,7 @@ fn stopped_slave_stays_stopped_and_sends_only_heartbeats() {
     assert_eq!(commands.count(), 0, "the master commands slaves that are operational");
 }
 
-/// The master starts a slave again that another node has stopped or sent to Pre-operational.
+/// Given a slave that a foreign node has stopped or sent to Pre-operational, then the master starts it again.
 ///
 /// Verifies: ECSS 6.5.1a.1, 6.5.1a.2, 6.5.1a.3, 8.3.3f
 #[test]
@@ -155,7 +158,7 @@ fn a_slave_that_a_foreign_command_stopped_is_started() {
         let (flight, sent, states) = commanded(command);
         assert_eq!(states[..2], [state, OPERATIONAL], "{command:02X}h: {states:?}");
         let start = flight.first_after(sent, |seen| seen.id() == Some(0) && seen.data() == [1, 3]).unwrap();
-        // Who waits is started at once.
+        // A slave in Pre-operational is started at once.
         let is_prompt = state == STOPPED || (start.sender == 0 && start.end < sent + ms(1));
         assert!(is_prompt, "{command:02X}h: {start:?}");
         flight.assert_operational([3], Bus::Nominal);

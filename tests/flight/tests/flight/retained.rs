@@ -1,6 +1,6 @@
-//! Bdefault as a slave found it outlives a reset and the loss of power.
+//! The Bdefault that a slave found survives a reset and a loss of power.
 //!
-//! Consumer time 2.5 s: Bdefault is kept beyond power-off so long after the change of the bus.
+//! With a consumer time of 2.5 s, Bdefault is stored for a loss of power 2.5 s after the change of the bus.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -10,8 +10,8 @@ use flight::*;
 
 const SLAVE: u8 = 3;
 
-/// The master has left the nominal bus, cut next to it at 1000 ms, and slaves 2 and 3 with it; a guest on the redundant
-/// one.
+/// Flies until the master and slaves 2 and 3 have left the nominal bus, which is cut next to the master at 1000 ms. A
+/// guest is on the redundant bus.
 fn on_redundant(until_ms: u64) -> (Flight, GuestId) {
     let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Redundant);
     flight.fly_to(1000);
@@ -21,7 +21,7 @@ fn on_redundant(until_ms: u64) -> (Flight, GuestId) {
     (flight, guest)
 }
 
-/// Flies on for 1500 ms: when and where node 3 sent its boot-up message.
+/// Flies on for 1500 ms, and returns time and bus of the boot-up message of node 3.
 fn boot_up(flight: &mut Flight) -> Option<(Time, Bus)> {
     let from = flight.end;
     flight.fly(from + ms(1500));
@@ -45,13 +45,13 @@ fn restart(flight: &mut Flight, node: u8, loses_power: bool) {
     flight.twin.power(board, true);
 }
 
-/// Where node 3 boots after that.
+/// Restarts node 3, and returns the bus on which it boots.
 fn boots_on(flight: &mut Flight, loses_power: bool) -> Option<Bus> {
     restart(flight, SLAVE, loses_power);
     boot_up(flight).map(|(_, bus)| bus)
 }
 
-/// An expedited download to node 3 by a guest, which must be acknowledged.
+/// Writes an object of node 3 by an expedited download from a guest, and asserts that it is confirmed.
 fn write(flight: &mut Flight, guest: GuestId, index: u16, sub: u8, value: &[u8]) {
     let [low, high] = index.to_le_bytes();
     let mut data = [0x23 | (4 - value.len() as u8) << 2, low, high, sub, 0, 0, 0, 0];
@@ -62,7 +62,7 @@ fn write(flight: &mut Flight, guest: GuestId, index: u16, sub: u8, value: &[u8])
 /// Verifies: ECSS 8.3.2a, 6.5.3a, 8.3.3l
 #[test]
 fn a_slave_that_is_reset_starts_on_the_bus_it_found() {
-    // By its pin, and by a command on the bus where it is.
+    // Reset by its pin, and by a command on its current bus.
     for by_command in [false, true] {
         let (mut flight, guest) = on_redundant(1500);
         let from = flight.end;
@@ -82,7 +82,7 @@ fn a_slave_that_is_reset_starts_on_the_bus_it_found() {
 /// Verifies: ECSS 8.3.2a, 8.3.3l
 #[test]
 fn a_slave_without_power_starts_on_the_bus_it_found() {
-    // The change of the bus is 1 s old, then 3 s: a consumer time without contradiction.
+    // The change of the bus is 1 s or 3 s old: less or more than a consumer time.
     for (until_ms, expected) in [(2000, Bus::Nominal), (4000, Bus::Redundant)] {
         println!("without power at {until_ms} ms");
         let (mut flight, _) = on_redundant(until_ms);
@@ -92,7 +92,7 @@ fn a_slave_without_power_starts_on_the_bus_it_found() {
     }
 }
 
-/// A reset within the consumer time takes nothing away: Bdefault is kept a consumer time later.
+/// Given a reset within the consumer time after the change, then Bdefault is still stored one consumer time later.
 ///
 /// Verifies: ECSS 8.3.2a, 8.3.3l
 #[test]
@@ -131,7 +131,7 @@ fn a_bdefault_written_is_gone_after_a_reset_unless_saved() {
             }
             let bus = boots_on(&mut flight, loses_power);
             assert_eq!(bus, Some(expected), "saved: {is_saved}\n{}", flight.log(SLAVE));
-            // Wherever it starts: the master is on the nominal bus.
+            // The bus of its start does not matter. The master is on the nominal bus.
             flight.assert_operational([SLAVE], Bus::Nominal);
             flight.assert_sound();
         }

@@ -12,10 +12,11 @@ const SLAVE: u8 = 2;
 const REQUESTS: u16 = 0x602;
 const RESPONSES: u16 = 0x582;
 
-/// Segments of the value: more than two for each mailbox, and one sub-block.
+/// Segments of the value: more than two per mailbox, in one sub-block.
 const SEGMENTS: u8 = 58;
 
-/// Intermission at the slave, whose crystal is 31 ppm slow, and a microsecond for the transmit interrupt.
+/// Longest gap: the intermission at the slave, whose crystal is 31 ppm slow, and a microsecond for the transmit
+/// interrupt.
 const NO_GAP: Time = Time::from_us(4);
 
 /// A master, a slave, and a client on the nominal bus that has written the data of 6300h.
@@ -62,7 +63,7 @@ impl Download {
         self.response()
     }
 
-    /// Begins an upload. Its first segment has not been sent.
+    /// Starts an upload. Returns before its first segment is sent.
     fn start(&mut self) {
         let begun = self.ask([0xA0, 0x00, 0x63, 0, SEGMENTS, 0, 0, 0]);
         assert_eq!(begun.data()[0] & 0xE1, 0xC0, "{:02X?}", begun.data());
@@ -146,20 +147,20 @@ fn segments_destroyed_on_the_bus_keep_their_order() {
         assert_complete(&download.finish(from, SEGMENTS));
         let destroyed = download.flight.attempts(SLAVE, Bus::Nominal).filter(|at| *at > from).count();
         let flips = (1..SEGMENTS).filter(|number| number % 3 == phase).count();
-        // Once in 100 ms the master's command comes between two segments, and the flip finds no segment.
+        // Every 100 ms a command of the master is sent between two segments, and the flip misses the segment.
         assert!((flips - 1..=flips).contains(&destroyed), "{destroyed} of {flips} in phase {phase}");
     }
     download.flight.assert_nothing_lost();
 }
 
-/// Given a client that uploads by blocks
-/// When other frames hold the bus for longer than segments live, from any mailbox on
-/// Then none of those that expired is sent later, those behind them follow, and the client gets the rest again.
+/// Given a client that uploads by blocks When other frames hold the bus for longer than segments live, from any mailbox
+/// on Then no expired segment is sent later, the following ones are sent, and the client requests the missing ones
+/// again.
 ///
 /// Verifies: ECSS 6.1a
 #[test]
 fn segments_that_expire_free_their_mailboxes() {
-    /// Segments on their way, in the mailboxes and before them.
+    /// Segments in the mailboxes and in the queue.
     const WINDOW: u8 = 8;
     let mut download = Download::new();
     for number in 10..13 {

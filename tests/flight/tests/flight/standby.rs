@@ -9,7 +9,7 @@ use twin::spacecraft::{BoardId, Bus};
 use flight::standby::*;
 use flight::*;
 
-/// The standby takes over at 3 s, when prime loses its power between two heartbeats.
+/// A flight in which the standby takes over at 3 s, when prime loses its power between two heartbeats.
 static TAKEOVER: LazyLock<Recording> = LazyLock::new(|| {
     let mut flight = flight(&ALL);
     flight.fly_to(3_000);
@@ -72,7 +72,8 @@ fn a_new_master_checks_the_configuration_after_the_takeover() {
     }
 }
 
-/// The old board gets its power back at 5 s.
+/// Given a standby that has taken over, when the other board gets its power back at 5 s, then that board stays the
+/// standby.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
@@ -98,8 +99,8 @@ fn a_prime_board_that_is_late_is_the_standby() {
     assert_eq!(flight.driven(PRIME, Time::ZERO), 0);
 }
 
-/// Both buses are cut between prime and everybody else: the other board takes over. When they are healed both are active, and
-/// prime, which hears no slave, yields within two heartbeat periods.
+/// Given both buses cut between prime and all other boards, so that the second board takes over, when the cuts are
+/// healed, then both boards are active, and prime, which hears no slave, yields within two heartbeat periods.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
@@ -120,9 +121,9 @@ fn of_two_active_masters_the_one_without_slaves_yields() {
     flight.assert_operational([2, 3], Bus::Nominal);
 }
 
-/// Given two masters and no slave, when one is active, then the other one acknowledges nothing, and hears it all the same: it
-/// stays the standby, although SYNCs that nobody acknowledges take the place of heartbeats. A slave that gets its power at 5 s
-/// is started by the board that was active all the time.
+/// Given two masters and no slave, when one is active, then the other one acknowledges no frame but receives them. It
+/// stays the standby, although unacknowledged SYNCs block the heartbeats. A slave that gets its power at 5 s is started
+/// by the board that was active all the time.
 ///
 /// Verifies: ECSS 8.1a
 #[test]

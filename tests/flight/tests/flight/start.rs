@@ -1,4 +1,4 @@
-//! Who is there first: power-on in every order, and a board that nobody may hear.
+//! Power-on of the boards in every order, and a board that must stay silent.
 
 use can_wire::frame::WireFrame;
 use twin::bxcan::Side;
@@ -48,7 +48,7 @@ fn a_lone_slave_waits_for_its_master() {
     assert!(at < ms(3025), "{} us", at.as_us());
     flight.assert_operational([3], Bus::Nominal);
     let heartbeats = flight.heartbeats(3, Bus::Nominal);
-    // Of all that waited, one message is left.
+    // One of the pending messages is left.
     assert_eq!(heartbeats.iter().filter(|(_, state)| *state == BOOT_UP).count(), 1, "{heartbeats:?}");
     assert!(heartbeats.iter().all(|(_, state)| *state != PRE_OPERATIONAL), "{heartbeats:?}");
     let first = flight.of(3).find(|seen| seen.bus == Bus::Nominal).unwrap();
@@ -57,7 +57,7 @@ fn a_lone_slave_waits_for_its_master() {
 }
 
 /// A slave alone on the bus counts up to 128 and becomes error passive. Each frame acknowledged counts down by 1 (ISO
-/// 11898-1 12.1.4.2 h); after 14 heartbeats and replies a second for 12 s the counter is 0, and telemetry says so.
+/// 11898-1 12.1.4.2 h); after 14 heartbeats and replies a second for 12 s the counter is 0, which telemetry shows.
 ///
 /// Verifies: ECSS 5.6.2c
 #[test]
@@ -85,7 +85,7 @@ fn slaves_waiting_together_are_started_when_the_master_comes() {
     flight.fly_to(3600);
     for node in [2, 3, 4] {
         let operational = flight.heartbeats(node, Bus::Nominal).into_iter().find(|(_, s)| *s == OPERATIONAL);
-        // Its next heartbeat tells the master that it waits.
+        // Its next heartbeat shows its state to the master.
         assert!(operational.unwrap().0 < ms(3265), "node {node}");
     }
     flight.assert_operational([2, 3, 4], Bus::Nominal);
@@ -93,7 +93,8 @@ fn slaves_waiting_together_are_started_when_the_master_comes() {
     flight.assert_nothing_lost();
 }
 
-/// Slaves search from power-on; the master comes after their first change of bus.
+/// Given slaves that search from power-on, when the master starts after their first change of the bus, then they find
+/// it.
 ///
 /// Verifies: ECSS 8.3.2b
 /// Verifies: ECSS 8.3.3g
@@ -140,7 +141,7 @@ fn a_master_that_waits_for_its_slaves_stays_on_the_default_bus() {
     assert_eq!(flight.on(Bus::Redundant).count(), 0);
     assert_eq!(flight.attempts(1, Bus::Redundant).count(), 0);
     assert!(flight.said(1, "active bus", ms(0)).is_none(), "{}", flight.log(1));
-    // What waited for 5 s: one heartbeat, no boot-up message.
+    // Frames that were pending for 5 s: one heartbeat, no boot-up message.
     let first: Vec<&WireFrame> = flight.frames.iter().take(4).map(|seen| &seen.frame).collect();
     assert!(!first.contains(&&WireFrame::standard(0x701, &[BOOT_UP])), "{first:?}");
     flight.assert_nothing_lost();

@@ -1,4 +1,4 @@
-//! Slaves that are not as the master expects them: reset without being heard, or another product.
+//! Slaves that differ from what the master expects: reset unnoticed, or another product.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -12,12 +12,12 @@ const SLAVE: u8 = 2;
 /// "Error behaviour" (1029h sub 1): 1 in the configuration of profile `librecube`, 0 after a reset.
 const WRITE_ERROR_BEHAVIOUR: [u8; 5] = [0x2F, 0x29, 0x10, 1, 1];
 
-/// SDO requests to the slave on `bus` after `from`.
+/// Returns the SDO requests to the slave on `bus` after `from`.
 fn requests(flight: &Flight, bus: Bus, from: Time) -> Vec<&Seen> {
     flight.sent(MASTER, bus, 0x602).filter(|seen| seen.end > from).collect()
 }
 
-/// A download of 4 bytes to 1020h: sub-index and value.
+/// Returns sub-index and value of a download of 4 bytes to 1020h.
 fn stamped(seen: &Seen) -> Option<(u8, u32)> {
     let &[0x23, 0x20, 0x10, sub, a, b, c, d] = seen.data() else { return None };
     Some((sub, u32::from_le_bytes([a, b, c, d])))

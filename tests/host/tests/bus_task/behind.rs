@@ -17,7 +17,7 @@ use host_worlds::timeline::Timeline;
 
 use crate::bench::{Probe, frame};
 
-/// Port whose health and events are those that the test sets.
+/// Port with health and events from the test.
 #[derive(Clone, Default)]
 struct Scripted(Rc<RefCell<Script>>);
 

@@ -1,4 +1,4 @@
-//! The tasks of a node on mock ports, and a node that obeys the test.
+//! The tasks of a node on mock ports, and a node that is controlled by the test.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -21,17 +21,17 @@ use host_worlds::clock::MockClock;
 use host_worlds::port::{BIT, BoardPort, MockPort};
 use host_worlds::timeline::Timeline;
 
-/// A node that obeys the test and remembers what it was told.
+/// A node that is controlled by the test and records its events.
 #[derive(Clone, Default)]
 pub struct Probe {
     pub told: Rc<RefCell<Vec<LinkEvent>>>,
     /// Number of calls of [`Node::poll`].
     pub polls: Rc<Cell<usize>>,
-    /// Instant at which something is due, until the next poll.
+    /// Deadline until the next poll.
     pub due: Rc<Cell<Option<Instant>>>,
     /// Frames it sends for every frame it receives.
     pub replies: u8,
-    /// Filters that it has beside that for heartbeats.
+    /// Filters in addition to the one for heartbeats.
     pub others: Vec<Filter>,
 }
 
@@ -119,7 +119,7 @@ impl Bench {
         Bench { pool: LocalPool::new(), timeline, wire, node, tasks, wakes: 0, probe }
     }
 
-    /// Running, on the bus.
+    /// Makes a bench with a running node that has joined the bus.
     pub fn joined(replies: u8) -> Bench {
         let mut bench = Bench::new(replies);
         bench.start();
@@ -143,7 +143,7 @@ impl Bench {
 }
 
 impl<N: Node> Bench<N> {
-    /// A node that has no other bus. `probe` is the node, or not in use.
+    /// Makes a bench with a node on one bus. `probe` is the node, or not in use.
     pub fn on_one_bus(node: impl FnOnce() -> N, probe: Probe) -> Self {
         let timeline = Timeline::new();
         let clock = MockClock::power_on(timeline.clone(), 0);
@@ -186,14 +186,14 @@ impl<N: Node> Bench<N> {
         self.wire.on_wire(self.timeline.now(), &WireEvent::Joined);
     }
 
-    /// An arbitration begins; the frame that the port puts on the wire.
+    /// Starts an arbitration, and returns the frame that the port sends.
     pub fn begin(&mut self) -> Option<WireFrame> {
         let sent = self.wire.contend(self.timeline.now())?;
         self.wire.on_wire(self.timeline.now(), &WireEvent::Started);
         Some(sent)
     }
 
-    /// The frame on the wire ends like this, 100 us later.
+    /// Ends the frame on the wire with this event, 100 us later.
     pub fn end(&mut self, event: WireEvent) {
         self.run_for(Time(100 * BIT.0));
         self.tell(event);
@@ -204,7 +204,7 @@ impl<N: Node> Bench<N> {
         self.pool.run_until_stalled();
     }
 
-    /// An attempt fails, and the error counters are these after it.
+    /// Lets an attempt fail, and sets the error counters.
     pub fn fail(&mut self, kind: ErrorKind, transmit: u16) {
         self.begin().expect("automatic retransmission");
         self.end(WireEvent::TransmitError(kind));
@@ -215,7 +215,7 @@ impl<N: Node> Bench<N> {
         self.wire.attachment().is_some()
     }
 
-    /// Sends what waits, in 100 us each, until nothing waits: identifier and first data byte.
+    /// Sends all pending frames, in 100 us each, and returns their identifiers and first data bytes.
     pub fn drain(&mut self) -> Vec<(u16, u8)> {
         let mut sent = Vec::new();
         while let Some(frame) = self.begin() {
@@ -225,7 +225,7 @@ impl<N: Node> Bench<N> {
         sent
     }
 
-    /// A frame of a peer arrives at once.
+    /// Receives a frame of a peer at once.
     pub fn receive(&mut self, sent: WireFrame) {
         self.wire.on_wire(self.timeline.now(), &WireEvent::Received(sent));
     }

@@ -12,7 +12,7 @@ use crate::bench::{Bench, Probe};
 
 const NODE: NodeId = NodeId::of::<5>();
 
-/// A value that goes out with SYNC, and one that comes.
+/// A value that is sent with SYNC, and one that is received.
 #[derive(Debug, Objects)]
 #[objects(device)]
 struct Channel {

@@ -1,4 +1,4 @@
-//! The policies of the runners, on a mock port whose wire the test plays by hand.
+//! The policies of the runners, on a mock port whose wire is simulated by the test.
 
 mod behind;
 mod bench;
@@ -35,7 +35,7 @@ fn nothing_goes_out_before_eleven_recessive_bits() {
 #[test]
 fn the_lowest_cob_id_goes_first_and_equal_ones_in_order() {
     let mut bench = Bench::joined(0);
-    // The first two take the mailboxes; all others wait in the queue and overtake by their COB-ID.
+    // The first two take the mailboxes. The others are queued and overtake by their COB-ID.
     for (raw, byte) in [(0x705, 1), (0x705, 2), (0x385, 3), (0x302, 4), (0x385, 5), (0x302, 6)] {
         bench.send(raw, byte);
     }
@@ -45,7 +45,8 @@ fn the_lowest_cob_id_goes_first_and_equal_ones_in_order() {
         let bytes: Vec<u8> = sent.iter().filter(|(id, _)| *id == raw).map(|(_, byte)| *byte).collect();
         assert!(bytes.is_sorted(), "{raw:03X} in order of the calls: {sent:?}");
     }
-    // One frame of 705h left a mailbox free; the queue sent all of 302h and 385h through it, lowest first.
+    // The first frame of 705h freed a mailbox. The queue sent all frames of 302h and 385h through it, lowest COB-ID
+    // first.
     let overtakers: Vec<u16> = sent.iter().map(|(id, _)| *id).filter(|id| *id != 0x705).collect();
     assert_eq!(overtakers, [0x302, 0x302, 0x385, 0x385]);
     assert_eq!(bench.transmitted(), 6);
@@ -75,8 +76,8 @@ fn urgent_frame_has_the_free_mailbox_at_once() {
     assert_eq!(bench.drain(), [(0x080, 9), (0x301, 0), (0x301, 1), (0x301, 2)]);
 }
 
-/// Given commands and the spacecraft time in all mailboxes, when SYNC is requested while others hold the bus, then SYNC goes
-/// first, and the frame that made room goes in its turn.
+/// Given commands and the spacecraft time in all mailboxes, when SYNC is requested while others hold the bus, then SYNC
+/// is sent first, and the frame that was removed from its mailbox is sent later in its order.
 #[test]
 fn urgent_frame_takes_the_mailbox_of_the_lowest_priority() {
     let mut bench = Bench::joined(0);
@@ -87,7 +88,8 @@ fn urgent_frame_takes_the_mailbox_of_the_lowest_priority() {
     assert_eq!((bench.transmitted(), bench.failures()), (5, vec![]));
 }
 
-/// Given a frame that has to make room while it is on the wire, then it completes, and is not sent again.
+/// Given a frame that is to be removed from its mailbox while it is on the wire, then it completes, and is not sent
+/// again.
 #[test]
 fn frame_on_the_wire_makes_no_room_and_is_sent_once() {
     let mut bench = Bench::joined(0);
@@ -118,8 +120,8 @@ fn frames_that_wait_die_with_their_bus() {
     assert_eq!(bench.drain(), []);
 }
 
-/// Given a frame on the wire that has to make room, when its bus is abandoned before the attempt fails, then the frame is reported and
-/// does not return to the queue.
+/// Given a frame on the wire that is to be removed from its mailbox, when its bus is abandoned before the attempt
+/// fails, then the frame is reported and does not return to the queue.
 ///
 /// Verifies: ECSS 8.3.3b.1
 /// Notices: ECSS 8.3.3b.1: a heartbeat that makes room for an urgent frame is sent after its bus was left.
@@ -140,7 +142,8 @@ fn preempted_frame_on_the_wire_dies_with_its_bus() {
     assert_eq!(bench.drain(), []);
 }
 
-/// Given frames that cannot be sent, because of a short, say, when the bus is free again after their lifetime, then none is sent.
+/// Given frames that cannot be sent, for example because of a short, when the bus is free again after their lifetime,
+/// then none is sent.
 ///
 /// Verifies: ECSS 5.3.3.2.3g, 5.3.3.2.3d, 5.3.3.2.3h, 5.3.3.2.3j
 /// Notices: ECSS 5.3.3.2.3g: a frame in a mailbox is sent late, after the short.
@@ -189,7 +192,7 @@ fn abandoned_bus_reports_all_pending_and_sends_nothing_stale() {
     failures.sort_by_key(|(byte, _)| *byte);
     assert_eq!(failures, (0..6).map(|byte| (byte, FailCause::BusLeft)).collect::<Vec<_>>());
     assert_eq!(bench.drain(), []);
-    // The bus is still joined: what is sent from now on goes out.
+    // The bus is still joined. Frames are sent from now on.
     bench.send(0x701, 7);
     assert_eq!(bench.drain(), [(0x701, 7)]);
 }
@@ -237,7 +240,7 @@ fn a_full_transmit_queue_refuses_and_reports() {
 #[test]
 fn slow_node_holds_the_bus_back_and_losses_are_counted() {
     let mut bench = Bench::new(0);
-    // While its task does not run, the port's queue fills up.
+    // While the task of the port does not run, its queue fills up.
     let mut port = bench.wire.clone();
     port.join();
     bench.see_eleven_recessive_bits();
@@ -258,7 +261,7 @@ fn an_event_future_that_is_dropped_loses_no_event() {
     assert!(port.event().now_or_never().is_none());
     bench.wire = port.clone();
     bench.receive(WireFrame::standard(0x70A, &[5]));
-    // Polled and dropped while nothing was there; the frame is handed out once, later.
+    // The future is polled and dropped while there is no event. The frame is returned once, later.
     let event = port.event().now_or_never();
     assert!(
         matches!(event, Some(PortEvent::Received { frame: received, .. }) if received == frame(0x70A, 5))
@@ -276,7 +279,7 @@ fn a_read_of_the_node_wakes_no_task() {
     assert_eq!(bench.probe.polls.get(), polls);
 }
 
-/// Given a change by which something is due at once, then it is done before the call returns, and once.
+/// Given a change that makes an action due at once, then the action is done once, before the call returns.
 #[test]
 fn what_an_application_makes_due_is_done_in_its_step() {
     let mut bench = Bench::joined(0);
@@ -287,7 +290,7 @@ fn what_an_application_makes_due_is_done_in_its_step() {
     assert_eq!(bench.probe.polls.get(), polls + 1);
 }
 
-/// Given a change by which something is due in 3 ms, then the task of what is due runs then.
+/// Given a change that makes an action due in 3 ms, then the task of deadlines runs at that time.
 #[test]
 fn what_an_application_makes_due_later_is_done_then() {
     let mut bench = Bench::joined(0);
@@ -323,7 +326,7 @@ fn overload_of_both_directions_neither_deadlocks_nor_miscounts() {
         bench.receive_heartbeats(fed..fed + 50);
         fed += 50;
     }
-    // Then the wire takes everything.
+    // Then the wire accepts all frames.
     let drained = bench.drain().len();
     assert!(drained > QUEUE_DEPTH);
     bench.receive_heartbeats(fed..fed + 1);
@@ -369,7 +372,7 @@ fn a_heartbeat_takes_the_place_of_telemetry_in_a_full_queue() {
     assert!(sent.contains(&(0x705, 101)), "{sent:?}");
 }
 
-/// Errors that no frame follows are told all the same: nothing else would say that the wire was cut.
+/// Given errors that no frame follows, then they are reported. Nothing else shows that the wire is cut.
 ///
 /// Verifies: ECSS 5.6.2b
 /// Verifies: ECSS 5.6.2c
@@ -411,7 +414,8 @@ fn change_of_receive_error_counter_alone_is_reported() {
 fn warning_and_passive_are_reported_with_controller_counters() {
     let mut bench = Bench::joined(0);
     bench.send(0x701, 1);
-    // Nobody acknowledges: 8 each until error passive, then none (ISO 11898-1, 12.1.4.2 c).
+    // No acknowledgement: the counter rises by 8 each time until error passive, then it stays (ISO 11898-1, 12.1.4.2
+    // c).
     (1..=20).for_each(|attempt| bench.fail(ErrorKind::Ack, (8 * attempt).min(128)));
     let passive = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
     assert_eq!(bench.wire.health(), passive);
@@ -422,7 +426,7 @@ fn warning_and_passive_are_reported_with_controller_counters() {
     bench.tell(WireEvent::Counters(ErrorCounters { transmit: 127, receive: 0 }));
     let active = Health { state: ErrorState::Active, tec: 127, rec: 0, last_error: LastError::None };
     assert!(bench.probe.told.borrow().contains(&LinkEvent::Health(active)));
-    // As a receiver: error passive without anything to send.
+    // A receiver is error passive without a frame to send.
     bench.tell(WireEvent::ReceiveError(ErrorKind::Form));
     bench.tell(WireEvent::Counters(ErrorCounters { transmit: 127, receive: 135 }));
     let receiver = Health { state: ErrorState::Passive, tec: 127, rec: 135, last_error: LastError::Form };
@@ -434,8 +438,8 @@ fn warning_and_passive_are_reported_with_controller_counters() {
     assert_eq!(bench.probe.told.borrow().last(), Some(&LinkEvent::Health(active)));
 }
 
-/// Given errors that make a sender error passive, when the wire is cut behind it, then the node is told that nobody acknowledges. A
-/// missing acknowledgement before that is no verdict: it is counted.
+/// Given errors that make a sender error passive, when the wire is cut behind it, then missing acknowledgements are
+/// reported to the node. A missing acknowledgement before that is only counted.
 ///
 /// Verifies: ECSS 5.6.2b, 5.6.2c
 #[test]
@@ -515,8 +519,8 @@ fn too_few_filters_admit_every_frame() {
     }
 }
 
-/// Given a controller with a wrong filter, as after a flip of a bit, when its bus has looked at it often enough, then each of its
-/// filters is as the node has it.
+/// Given a controller with a wrong filter, as after a flip of a bit, when its bus has checked it often enough, then
+/// each of its filters is that of the node.
 ///
 /// Verifies: ECSS 6.10d
 #[test]
@@ -532,9 +536,9 @@ fn wrong_filter_is_set_anew_by_the_looks_of_its_bus() {
         }
         bench.receive_heartbeats(1..2);
         assert_eq!(bench.received(), []);
-        // What is right stays as it is.
+        // Correct filters are not changed.
         bench.wire.set_filter(wrong, Filter::exact(id(0x18A)));
-        // Four filters, and a look that finds no more.
+        // Four filters, and a check that finds no more.
         bench.run_for(Time::from_ms(500));
         bench.receive_heartbeats(2..3);
         bench.receive(WireFrame::standard(0x18A, &[3, 0]));

@@ -23,13 +23,13 @@ fn found() -> WireFrame {
     WireFrame::standard(0x528, &[0xFF, 0x55, 0x00, 0x55, 0x22, 0x55])
 }
 
-/// When the edge fell, or should have, that the stamp of a frame is taken from, of a transmitter with the right clock.
+/// Returns the nominal time of the edge that gives the stamp of a frame, for a transmitter without clock error.
 fn edge_of(complete: &Complete) -> f64 {
     let after = encode(&complete.frame).bits().len() - reference(&complete.frame);
     complete.end - after as f64 * BIT
 }
 
-/// What a node makes of `complete` after everything on the line was captured, `bits` after the frame.
+/// Returns the stamp of `complete`, requested `bits` after the frame, when all edges of the line were captured.
 fn stamp_of(line: &Line, complete: &Complete, bits: f64) -> Result<f64, Miss> {
     let mut node = Node::new(200);
     node.follow(line, line.now);
@@ -70,7 +70,7 @@ fn an_edge_in_a_wrong_place_is_noticed() {
     }
 }
 
-/// An edge may be early or late by jitter, and nothing tells jitter from a disturbance that moves it.
+/// An edge may be early or late by jitter, which cannot be distinguished from a disturbance that moves it.
 #[test]
 fn stamp_follows_an_edge_off_by_up_to_a_quarter_of_a_bit() {
     for frame in [sync(), found()] {
@@ -98,8 +98,8 @@ fn stamp_follows_an_edge_off_by_up_to_a_quarter_of_a_bit() {
     }
 }
 
-/// Two faults that undo each other: after two destroyed attempts the frame loses the edge of its stamp, and an edge from
-/// nowhere falls 0.094 bits later.
+/// Given two faults that cancel each other: after two destroyed attempts the frame loses the edge of its stamp, and a
+/// spurious edge falls 0.094 bits later.
 #[test]
 fn spurious_edge_in_place_of_a_lost_one_is_taken_for_it() {
     let mut line = Line::new(1e6);
@@ -116,7 +116,7 @@ fn spurious_edge_in_place_of_a_lost_one_is_taken_for_it() {
     assert_eq!(stamp_of(&line, &complete, 0.0), Ok(late));
 }
 
-/// Error flags at every bit of an attempt, then the retransmission: it is stamped, and its attempt never instead of it.
+/// Given an error flag at any bit of an attempt, then only the retransmission is stamped.
 #[test]
 fn a_destroyed_attempt_is_not_stamped_and_its_retransmission_is() {
     let length = encode(&sync()).bits().len();
@@ -129,8 +129,8 @@ fn a_destroyed_attempt_is_not_stamped_and_its_retransmission_is() {
             let complete = line.frame(&sync(), Sent::default());
             let result = stamp_of(&line, &complete, 5.0);
             if [length - 9, length - 8, length - 1].contains(&bits) {
-                // The flag is where the acknowledgement would be, or joined to it, and looks like it; or receivers have
-                // the frame, only its transmitter has not.
+                // The flag is at or next to the acknowledgement and looks like it, or only the transmitter has found an
+                // error.
                 assert_eq!(result, Err(Miss::Ambiguous));
             } else {
                 assert!(result.is_ok_and(|off| off.abs() <= 1.0), "{bits} bits, flag {flag}: {result:?}");
@@ -142,7 +142,8 @@ fn a_destroyed_attempt_is_not_stamped_and_its_retransmission_is() {
     }
 }
 
-/// A dominant last bit of EOF: receivers have the frame, its transmitter sends it again.
+/// Given a dominant last bit of EOF, when the receivers have the frame and its transmitter repeats it, then each has
+/// its own stamp.
 #[test]
 fn each_of_a_doubled_frame_has_its_own_stamp() {
     let length = encode(&sync()).bits().len();
@@ -152,7 +153,7 @@ fn each_of_a_doubled_frame_has_its_own_stamp() {
     line.idle(3.0);
     let second = line.frame(&sync(), Sent::default());
 
-    // The task is late: most edges of the second are in the ring when the first is asked for.
+    // The task is late: most edges of the second frame are in the ring when the stamp of the first is requested.
     let mut node = Node::new(0);
     for (complete, task) in [(first, second.end - 2.0 * BIT), (second, second.end + 9.0 * BIT)] {
         node.follow(&line, task);
@@ -174,7 +175,8 @@ fn frames_that_begin_with_the_same_edges_are_others() {
     }
 }
 
-/// The edges of the frame in question may be spoiled, and these be those of an earlier one whose report was lost.
+/// The edges of the frame may be disturbed, and the ones in the ring may be those of an earlier frame whose report was
+/// lost.
 #[test]
 fn an_interrupt_that_is_a_frame_late_gives_no_stamp() {
     let mut line = Line::new(1e6);
@@ -217,9 +219,9 @@ fn a_ring_that_was_overwritten_gives_no_stamp() {
 
 #[derive(Clone, Debug)]
 enum Fault {
-    /// The place in the sequence of edges.
+    /// An edge is missing, by its position in the sequence of edges.
     Missing(prop::sample::Index),
-    /// The place on the line.
+    /// A spurious edge, by its position on the line.
     Noise(f64),
 }
 
@@ -232,8 +234,8 @@ fn faults() -> impl Strategy<Value = Vec<Fault>> {
 proptest! {
     #![proptest_config(cases(2_000))]
 
-    /// Attempts, equal frames, foreign ones, edges lost and edges from nowhere: what is stamped is stamped right, or by as
-    /// much off as an edge from nowhere is that took the place of the one that the stamp is taken from.
+    /// Given attempts, equal and foreign frames, lost and spurious edges, then a stamp is right, or its error is that
+    /// of a spurious edge in place of the one that gives the stamp.
     #[test]
     fn a_stamp_is_right_or_there_is_none(
         frame in frames(),
@@ -271,7 +273,7 @@ proptest! {
         for (n, complete_frame) in complete.iter().enumerate() {
             let interrupt = complete_frame.end + latency * BIT;
             let task = interrupt + task.max(1.0) * BIT;
-            // A receiver has a frame one bit before its end. With a later one like it no stamp is asked for.
+            // A receiver has a frame one bit before its end. If there is a later equal frame, no stamp is requested.
             let alone = complete[n + 1..].iter().all(|later| later.end - BIT > task);
             if alone && let Ok(stamp) = node.stamp(&frame, interrupt, task) {
                 let off = line.falls.iter().map(|at| at - edge_of(complete_frame));
@@ -283,7 +285,8 @@ proptest! {
         }
     }
 
-    /// With contenders and acknowledgements from afar, a clock that errs, and one edge out of its place.
+    /// Given contenders, distant acknowledgements, a clock error, and one displaced edge, then the error is at most a
+    /// quarter of a bit.
     #[test]
     fn no_edge_out_of_its_place_makes_more_than_a_quarter_of_a_bit(
         frame in frames(),

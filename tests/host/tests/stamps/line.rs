@@ -1,4 +1,4 @@
-//! A CAN_RX line and a node that captures its falling edges and is told of frames.
+//! A CAN_RX line and a node that captures its falling edges and receives frames.
 //!
 //! Bits come from the wire's encoder. Time is in ticks of the node's timer, so that only the transmitter's clock errs.
 
@@ -14,40 +14,40 @@ pub const BIT: f64 = 84.0;
 /// ACK delimiter and EOF.
 const AFTER_ACK_SLOT: usize = 8;
 
-/// How a frame is sent.
+/// Timing of a transmission.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sent {
-    /// How much longer the bits of the transmitter are.
+    /// Clock error of the transmitter, parts per million. Positive values are longer bits.
     pub ppm: f64,
-    /// How much earlier than the winner a contender drives the edges up to the identifier, bits.
+    /// Time by which a contender drives the edges of the identifier earlier than the winner, bits.
     pub early: f64,
-    /// How much later than the transmitter the receivers drive the ACK slot, bits.
+    /// Delay of the receivers' ACK slot relative to the transmitter, bits.
     pub ack_late: f64,
 }
 
-/// A frame that was received by everybody.
+/// A frame that all nodes received.
 #[derive(Clone, Copy, Debug)]
 pub struct Complete {
     pub frame: WireFrame,
     pub end: f64,
 }
 
-/// What happens on a line, in the order of time.
+/// Edges of a line, in the order of time.
 #[derive(Debug)]
 pub struct Line {
     pub now: f64,
     pub falls: Vec<f64>,
 }
 
-/// Bits at which a falling edge begins.
+/// Returns the bits at which a falling edge begins.
 pub fn falls(frame: &WireFrame) -> Vec<usize> {
     let encoded = encode(frame);
     let bits = encoded.bits();
     (0..bits.len()).filter(|&n| !bits[n] && (n == 0 || bits[n - 1])).collect()
 }
 
-/// Bit at which the edge begins that a stamp is taken from: the first that only the winner drives. The last two bits of
-/// the arbitration field, RTR and IDE, are dominant: nobody else is left there.
+/// Returns the bit at which the edge begins that a stamp uses: the first one that only the winner drives. The last two
+/// bits of the arbitration field, RTR and IDE, are dominant, and no contender is left after them.
 pub fn reference(frame: &WireFrame) -> usize {
     let contended = encode(frame).arbitration_len() - 2;
     falls(frame).into_iter().find(|n| *n >= contended).expect("no more than five bits in a row are equal")
@@ -62,7 +62,7 @@ impl Line {
         self.now += bits * BIT;
     }
 
-    /// A frame from SOF to the last bit of EOF.
+    /// Adds a frame from SOF to the last bit of EOF.
     pub fn frame(&mut self, frame: &WireFrame, sent: Sent) -> Complete {
         let encoded = encode(frame);
         let bit = BIT * (1.0 + sent.ppm / 1e6);
@@ -80,7 +80,7 @@ impl Line {
         Complete { frame: *frame, end: self.now }
     }
 
-    /// The first `bits` bits of a frame, then an error flag of `flag` bits with its echo, and the delimiter.
+    /// Adds the first `bits` bits of a frame, then an error flag of `flag` bits with its echo, and the delimiter.
     pub fn destroyed(&mut self, frame: &WireFrame, bits: usize, flag: usize) {
         let encoded = encode(frame);
         let start = self.now;
@@ -101,7 +101,7 @@ pub struct Node {
 }
 
 impl Node {
-    /// The first edge goes to this cell.
+    /// Makes a node whose first edge goes to the cell `next`.
     pub fn new(next: usize) -> Self {
         Node { ring: EdgeRing::new(), next: next % EDGES, fed: 0 }
     }
@@ -111,7 +111,7 @@ impl Node {
         self.next = (self.next + 1) % EDGES;
     }
 
-    /// The timer captures what falls until `until`.
+    /// Captures the falling edges until `until`.
     pub fn follow(&mut self, line: &Line, until: f64) {
         while let Some(&at) = line.falls.get(self.fed).filter(|at| **at <= until) {
             self.capture(at);
@@ -119,8 +119,8 @@ impl Node {
         }
     }
 
-    /// The node asks at `task` for the stamp of a frame that its interrupt found at `interrupt`; it has no later one like
-    /// it yet.
+    /// Returns the stamp that the node gets at `task` for a frame that its interrupt found at `interrupt`. No later
+    /// equal frame has been received.
     pub fn stamp(&self, frame: &WireFrame, interrupt: f64, task: f64) -> Result<Stamp, Miss> {
         let reported = Stamp::interrupt(Instant::from_micros(interrupt as u64 / BIT as u64));
         let line = Captured { next: self.next, alone_until: task.max(interrupt + BIT) as u64 as u32 };
@@ -136,7 +136,7 @@ fn id(frame: &WireFrame) -> u16 {
     }
 }
 
-/// How far a captured stamp is from the end of its frame, ticks.
+/// Returns the difference between a captured stamp and the end of its frame, ticks.
 pub fn error(stamp: &Stamp, complete: &Complete) -> f64 {
     assert_eq!(stamp.source, StampSource::Capture);
     assert_eq!(stamp.at, stamp.fine().instant());

@@ -1,4 +1,4 @@
-//! Hardware stamps: from captured edges to the end of the right frame, or to none.
+//! Hardware stamps: captured edges give the end of the right frame, or no stamp.
 
 mod disturbed;
 mod line;

@@ -1,4 +1,4 @@
-//! Frames whose edges are all there.
+//! Frames with all their edges.
 //!
 //! Verifies: ECSS 7.2.3c, 7.2.3k
 
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use crate::line::{BIT, Line, Node, PER_MICRO, Sent, error};
 use crate::random::cases;
 
-/// Of a stamp of edges that are all there, ticks.
+/// Largest error of a stamp when all edges were captured, ticks.
 pub const LIMIT: f64 = EdgeRing::<PER_MICRO>::ERROR as f64;
 
 pub fn sync() -> WireFrame {
@@ -26,7 +26,7 @@ pub fn ways() -> impl Strategy<Value = Sent> {
     (-200.0..=200.0, 0.0..0.65, 0.0..0.65).prop_map(|(ppm, early, ack_late)| Sent { ppm, early, ack_late })
 }
 
-/// The edge that counts is 17 bits after SOF, the end 48.
+/// The edge that gives the stamp is 17 bits after SOF, the end of the frame 48 bits.
 #[test]
 fn a_sync_is_stamped_by_the_edge_of_dlc_bit_3() {
     let mut line = Line::new(1e6);
@@ -40,7 +40,7 @@ fn a_sync_is_stamped_by_the_edge_of_dlc_bit_3() {
     assert_eq!(stamp.fine().ticks(PER_MICRO) as f64, complete.end + 11.0);
 }
 
-/// How far a SYNC's stamp is off on a timer of another rate, ticks.
+/// Returns the error of a SYNC's stamp on a timer with another rate, ticks.
 fn error_at<const RATE: u32>() -> f64 {
     let mut line = Line::new(1_000.0 * BIT);
     let end = line.frame(&sync(), Sent::default()).end * f64::from(RATE) / BIT;
@@ -64,8 +64,7 @@ fn timers_of_other_rates_stamp_frames_as_well() {
     assert!(errors.iter().all(|ticks| *ticks < 1.0), "{errors:?}");
 }
 
-/// Given the earliest report that there may be, 1.3 bits before the end and by a clock that is late by 1.9 us, then the frame is
-/// found.
+/// Given the earliest possible report, 1.3 bits before the end by a clock that is 1.9 us late, then the frame is found.
 #[test]
 fn a_frame_is_stamped_however_early_it_is_reported() {
     let mut line = Line::new(1e6);
@@ -135,7 +134,7 @@ fn a_stamp_is_given_once() {
     node.follow(&line, complete.end);
     assert!(node.stamp(&sync(), complete.end, complete.end).is_ok());
     assert_eq!(node.stamp(&sync(), complete.end, complete.end), Err(Miss::Mismatch));
-    // The low word has come round to the same value.
+    // The low word has wrapped to the same value.
     let round = complete.end + 4_294_967_296.0;
     assert_eq!(node.stamp(&sync(), round, round), Err(Miss::Mismatch));
 }
@@ -149,8 +148,8 @@ fn without_edges_there_is_no_stamp() {
 proptest! {
     #![proptest_config(cases(2_000))]
 
-    /// Any frame among others, at any place of the ring and of the timer, sent by a clock 200 ppm off, contended, with
-    /// late acknowledgements.
+    /// Given any frame among others, at any position in the ring and of the timer, sent by a clock with an error of 200
+    /// ppm, with contenders and late acknowledgements, then the stamp is within its error.
     #[test]
     fn every_frame_is_stamped_within_its_error(
         frame in frames(),

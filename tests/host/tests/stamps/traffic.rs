@@ -14,7 +14,7 @@ const SYNCS: usize = 100_000;
 /// The capture of a transmitter's edges jitters by as many ticks either way.
 const JITTER: f64 = 3.0;
 
-/// A SYNC, and when the interrupt and the task of the node come to it.
+/// A SYNC, and the times at which interrupt and task of the node handle it.
 struct Report {
     complete: Complete,
     interrupt: f64,
@@ -49,7 +49,8 @@ impl DisturbedBus {
         }
     }
 
-    /// Neighbours of SYNC and others, of all lengths, and now and then a remote frame or one with 29 bits.
+    /// Returns another frame of any length: often with an identifier near SYNC, sometimes a remote frame or one with 29
+    /// bits.
     fn other(&mut self) -> WireFrame {
         let near = [0x000, 0x081, 0x082, 0x0C0, 0x100, 0x180, 0x701];
         let id =
@@ -74,7 +75,7 @@ impl DisturbedBus {
         }
     }
 
-    /// Attempts that fail, the SYNC, and sometimes its like right behind it.
+    /// Adds failed attempts, the SYNC, and sometimes an equal frame directly after it.
     fn sync(&mut self) {
         while self.chance(20) {
             let bits = self.rng.usize(1..encode(&sync()).bits().len());
@@ -97,7 +98,7 @@ impl DisturbedBus {
         }
     }
 
-    /// Edges of noise, edges that are lost, and jitter. Whether the frames at these edges are as sent.
+    /// Adds edges of noise and jitter, and removes edges. Returns whether the frames at these edges are unchanged.
     fn disturb(&mut self, from: usize) {
         if self.chance(100) {
             let count = self.line.falls.len();
@@ -117,7 +118,7 @@ impl DisturbedBus {
 
 #[test]
 fn no_stamp_of_a_wrong_frame_in_a_hundred_thousand() {
-    // The timer comes round in the middle.
+    // The timer wraps in the middle.
     let line = Line::new(4_294_967_296.0 - 1e9);
     let mut bus = DisturbedBus { rng: Rng::with_seed(15), line, reports: Vec::new() };
     while bus.reports.len() < SYNCS {
@@ -135,7 +136,7 @@ fn no_stamp_of_a_wrong_frame_in_a_hundred_thousand() {
     for report in &bus.reports {
         task = task.max(report.task);
         node.follow(&bus.line, task);
-        // A receiver has a frame one bit before its end. With a later one like it no stamp is asked for.
+        // A receiver has a frame one bit before its end. If there is a later equal frame, no stamp is requested.
         let doubt = later.next().is_some_and(|next| next.complete.end - BIT <= task);
         match if doubt { Err(Miss::Ambiguous) } else { node.stamp(&sync(), report.interrupt, task) } {
             Ok(stamp) => {
@@ -153,7 +154,7 @@ fn no_stamp_of_a_wrong_frame_in_a_hundred_thousand() {
     println!("{stamped} stamped, worst {worst} ticks, misses {misses:?}");
     // A wrong frame is 51 bits away.
     assert!(worst <= LIMIT + JITTER, "off by {worst} ticks");
-    // One in 20 is repeated, one in 20 of the tasks and one in 50 of the interrupts is late, one frame in 100 has an edge
-    // lost or too many. Most of these do harm.
+    // One SYNC in 20 is repeated, one task in 20 and one interrupt in 50 is late, and one frame in 100 lacks an edge or
+    // has an extra one. Most of these prevent a stamp.
     assert!(stamped > SYNCS * 90 / 100, "only {stamped} of {SYNCS} were stamped");
 }

@@ -1,4 +1,4 @@
-//! Fifteen slaves announce four errors and eight values each after a change of the bus, and commands go on.
+//! Fifteen slaves announce four errors and eight values each after a change of the bus, while commands are sent.
 
 use can_wire::time::Time;
 use ecss_can::emcy::{DeviceError, ErrorCode};
@@ -51,7 +51,7 @@ fn nodes() -> impl Iterator<Item = NodeId> {
     (2..2 + SLAVES).map(|raw| NodeId::new(raw).expect("a Node-ID"))
 }
 
-/// All are Operational, and the nominal bus is about to be cut.
+/// Makes a world in which all nodes are Operational.
 fn world() -> World {
     let mut world = World::builder().master(|_| plain_master(&Profile::DEFAULT), idle);
     for node in nodes() {
@@ -68,7 +68,7 @@ fn world() -> World {
     world
 }
 
-/// Each slave has four errors more, and other values.
+/// Lets each slave report four more errors and other values.
 fn report(world: &World, value: u8) {
     for node in nodes() {
         world.slave::<Instrument>(node).with(|slave: &mut TestSlave, now| {
@@ -80,7 +80,7 @@ fn report(world: &World, value: u8) {
     }
 }
 
-/// Runs until the master has left this bus.
+/// Runs until the master has left `bus`.
 fn run_until_left(world: &mut World, bus: Bus) {
     let end = world.now() + Time::from_ms(500);
     while world.master_bus() == bus {
@@ -89,7 +89,7 @@ fn run_until_left(world: &mut World, bus: Bus) {
     }
 }
 
-/// Frames of slaves on a bus since `from`: those for which `is_it` holds of COB-ID and data.
+/// Returns the number of frames of slaves on a bus since `from` for which `is_it` holds.
 fn count(world: &World, bus: Bus, from: Time, is_it: impl Fn(u16, &[u8]) -> bool) -> usize {
     let sent = world.frames(bus).iter().filter(|sent| sent.end >= from);
     sent.filter(|sent| sent.id().is_some_and(|id| is_it(id, sent.frame.payload()))).count()
@@ -138,8 +138,8 @@ fn commands_go_on_while_fifteen_slaves_announce() {
     assert_eq!(known, usize::from(SLAVES) * usize::from(ERRORS));
 }
 
-/// Given ten changes of the bus in ten seconds, then no slave is silenced by its budget, and each sends a value at most once for each
-/// change and each report of it.
+/// Given ten changes of the bus in ten seconds, then no slave is silenced by its budget, and each slave sends a value
+/// at most once per change and per report.
 ///
 /// Verifies: ECSS 5.3.3.1b, 6.4a, 8.3.3b
 #[test]

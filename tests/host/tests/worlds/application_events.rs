@@ -1,4 +1,4 @@
-//! What the applications make of events that nodes of a world rarely report. A script takes the place of the node's events.
+//! Reactions of the applications to events that nodes of a world rarely report. A script replaces the node's events.
 
 use std::collections::VecDeque;
 use std::future::pending;
@@ -46,7 +46,7 @@ impl<E> EventSource for Script<E> {
     }
 }
 
-/// Runs a node alone for a millisecond. What its application logs and shows.
+/// Runs a node alone for a millisecond. Returns the log and the indicators of its application.
 fn alone(node: impl FnOnce(Builder, IndicatorLog) -> Builder) -> (Vec<String>, IndicatorLog) {
     let indicators = IndicatorLog::default();
     log_lines::keep();
@@ -55,7 +55,7 @@ fn alone(node: impl FnOnce(Builder, IndicatorLog) -> Builder) -> (Vec<String>, I
     (log_lines::take(), indicators)
 }
 
-/// The application of slave 2 with these events: its log, and its indicators.
+/// Runs the application of slave 2 with these events, and returns its log and its indicators.
 fn slave(events: &'static [SlaveEvent]) -> (Vec<String>, Shown) {
     let (lines, indicators) = alone(|world, indicators| {
         let node = |board: MockBoard| mission::slave(board.node_id, &STANDARD, vec![0; 64].leak()).build();
@@ -68,7 +68,7 @@ fn slave(events: &'static [SlaveEvent]) -> (Vec<String>, Shown) {
     (lines, indicators.shown(TWO))
 }
 
-/// The log of the application of minimal slave 2 with these events.
+/// Runs the application of minimal slave 2 with these events, and returns its log.
 fn minimal(events: &'static [MinimalEvent]) -> Vec<String> {
     let (lines, _) = alone(|world, indicators| {
         let node =
@@ -82,7 +82,7 @@ fn minimal(events: &'static [MinimalEvent]) -> Vec<String> {
     lines
 }
 
-/// The log of the application of the master with these events.
+/// Runs the application of the master with these events, and returns its log.
 fn master(events: &'static [MasterEvent]) -> Vec<String> {
     let (lines, _) = alone(|world, indicators| {
         let node = |_: MockBoard| mission::master(&STANDARD).build();
@@ -99,8 +99,8 @@ fn step() -> Step {
     Step { from: Scet::new(3, 0).expect("a time"), to: Scet::new(1_000, 0).expect("a time") }
 }
 
-/// Given each event of a slave that concerns its surroundings, then the application logs one line: errors for what needs attention,
-/// warnings for what may go wrong.
+/// Given each event of a slave about its environment, then the application logs one line: an error if action is needed,
+/// a warning if a fault may follow.
 #[test]
 fn slave_logs_each_event_of_its_surroundings() {
     let (bus, id) = (Bus::Redundant, Address::new(0x6210, 0));

@@ -15,15 +15,15 @@ use mission::{MissionObjects, STANDARD};
 
 use crate::support::*;
 
-/// More frames than a bus carries.
+/// Rate above the capacity of a bus.
 const ANY: Rate = Rate::new(u16::MAX, u16::MAX);
 /// Slaves without a budget.
 const NO_BUDGET: Profile =
     Profile { budget: BudgetPolicy { cob_id: ANY, slave: ANY, ..STANDARD.budget }, ..STANDARD };
-/// And a master that does nothing about it.
+/// A profile in which no slave has a budget and the master does not react.
 const NOTHING: Profile = Profile { budget: BudgetPolicy { heard: ANY, ..NO_BUDGET.budget }, ..STANDARD };
 
-/// A busy system of three slaves.
+/// Makes a busy system of three slaves.
 fn busy(profile: Profile) -> MissionWorld {
     let mut world = MissionWorld::busy(profile, 3, |world| world);
     world.run_until(ms(1_000));
@@ -31,7 +31,7 @@ fn busy(profile: Profile) -> MissionWorld {
     world
 }
 
-/// The application of slave 2 sends telemetry every 50 us, for two seconds.
+/// Lets the application of slave 2 send telemetry every 50 us for two seconds.
 fn babble(world: &mut MissionWorld) -> Time {
     let from = world.now();
     let _babbling = world.on_slave(TWO, |slave| async move {
@@ -45,20 +45,20 @@ fn babble(world: &mut MissionWorld) -> Time {
     from
 }
 
-/// Share of the time since `from` that frames with this identifier took on either bus, percent.
+/// Returns the share of the time since `from` that frames with this identifier took on either bus, percent.
 fn load(world: &MissionWorld, id: u16, from: Time) -> u64 {
     let sent = Bus::ALL.into_iter().flat_map(|bus| since(world, bus, id, from));
     let taken: u64 = sent.map(|sent| sent.end.since(sent.start).as_us()).sum();
     taken * 100 / world.now().since(from).as_us()
 }
 
-/// Answers of a slave to the master since `from`.
+/// Returns the number of answers of a slave to the master since `from`.
 fn answers(world: &MissionWorld, node: NodeId, from: Time) -> usize {
     since(world, Bus::Nominal, 0x380 + u16::from(node.get()), from).len()
 }
 
-/// Given an application that sends without end, when its node has a budget, then others command, answer and are heard as
-/// before. Without one, its frames take the bus from all that have lower priority: heartbeats too.
+/// Given an application that sends without end, when its node has a budget, then other nodes command, answer and are
+/// heard as before. Without a budget, its frames block all frames with lower priority, including heartbeats.
 ///
 /// Verifies: ECSS 6.4a.2
 #[test]
@@ -90,7 +90,7 @@ fn a_babbling_application_leaves_the_bus_to_others() {
     assert_eq!(told(&world, TWO, from, |event| matches!(event, SlaveEvent::OverBudget { .. })).len(), 1);
     let over = world.slave(TWO, |slave| slave.objects().extension.over_budget);
     assert_eq!((over.last, over.silenced), (0x382, 0));
-    // All that it tried: sent, or counted.
+    // All attempts of the application: sent, or counted.
     let sent = answers(&world, TWO, from) as u32;
     let asked = since(&world, Bus::Nominal, 0x402, from).len() as u32;
     let queue_full = u32::from(world.status(TWO).counters.nominal.queue_full);
@@ -125,7 +125,7 @@ fn a_slave_that_was_configured_to_babble_comes_back_without() {
     for id in [0x1C2, 0x2C2, 0x3C2, 0x4C2] {
         let sent = since(&world, Bus::Nominal, id, from);
         assert!((60..=200).contains(&sent.len()), "{id:03X}h: {}", sent.len());
-        // What was queued lives for 100 ms at most.
+        // The lifetime of queued frames is at most 100 ms.
         assert!(since(&world, Bus::Nominal, id, silent + ms(100)).is_empty());
     }
     world.run_for(ms(5_000));
@@ -146,7 +146,7 @@ fn a_slave_that_was_configured_to_babble_comes_back_without() {
     assert_eq!(switches(&world, from), 0);
 }
 
-/// What the master did about slaves that babble, and how long after `from`, in milliseconds.
+/// Returns the reactions of the master to babbling slaves, and their times after `from`, in milliseconds.
 fn steps(world: &MissionWorld, from: Time) -> Vec<(u64, NodeId, BabblingStep)> {
     let log = world.log_of(MASTER).into_iter().filter(|(at, _)| *at >= from);
     log.filter_map(|(at, what)| match what {
@@ -158,14 +158,15 @@ fn steps(world: &MissionWorld, from: Time) -> Vec<(u64, NodeId, BabblingStep)> {
     .collect()
 }
 
-/// No other slave changed its state.
+/// Asserts that no other slave changed its state.
 fn assert_others_untouched(world: &MissionWorld, others: &[NodeId], from: Time) {
     for node in others {
         assert_eq!(told(world, *node, from, |event| matches!(event, SlaveEvent::State(_))), [], "{node:?}");
     }
 }
 
-/// Given a slave without a budget whose application babbles, then the master stops it, and starts it when it was quiet.
+/// Given a slave without a budget whose application babbles, then the master stops it, and starts it after a quiet
+/// period.
 ///
 /// Verifies: ECSS 6.5.1a.2
 #[test]
@@ -201,9 +202,9 @@ fn the_master_stops_a_babbling_slave() {
     assert_others_untouched(&world, &[THREE, FOUR], from);
 }
 
-/// Given a controller that sends heartbeats of slave 4 without end and obeys nothing, then the master commands that slave to
-/// stop, resets it and leaves the bus, each once. The slave is started there when the other bus was left for 10 s. One that
-/// babbles on both buses moves the master once.
+/// Given a controller that keeps sending heartbeats of slave 4 and obeys no command, then the master commands that
+/// slave to stop, resets it and leaves the bus, each once. The slave is started there 10 s after the change of the bus.
+/// One that babbles on both buses moves the master once.
 ///
 /// Verifies: ECSS 8.3.3b
 #[test]

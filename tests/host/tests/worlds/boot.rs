@@ -38,7 +38,7 @@ const THREE_MANDATORY: Profile = Profile {
     ..STANDARD
 };
 
-/// Progress told of a slave after `from`.
+/// Returns the progress of a slave that was reported after `from`.
 fn progress(world: &World, slave: NodeId, from: Time) -> Vec<BootProgress> {
     let events = master_told(world, from).into_iter();
     events
@@ -73,7 +73,7 @@ fn stamp(world: &MissionWorld, node: NodeId) -> [u32; 2] {
     world.slave(node, |slave| slave.objects().communication.configuration)
 }
 
-/// SDO requests to a slave after `from`.
+/// Returns the SDO requests to a slave after `from`.
 fn requests(world: &World, bus: Bus, node: NodeId, from: Time) -> Vec<[u8; 8]> {
     let frames = since(world, bus, 0x600 + u16::from(node.get()), from);
     frames.iter().map(|sent| sent.frame.data).collect()
@@ -102,8 +102,8 @@ fn mandatory_slaves_are_checked_configured_started_before_sync() {
     assert_eq!((completed(&world, Time::ZERO), failures(&world, Time::ZERO)), (1, vec![]));
 }
 
-/// Given a slave that somebody stops while the master checks it, then it is checked again and started. It answers no SDO when it is
-/// stopped.
+/// Given a slave that a foreign node stops while the master checks it, then it is checked again and started. A stopped
+/// slave answers no SDO.
 ///
 /// Verifies: ECSS 8.3.3f, 6.5.1a.1
 #[test]
@@ -209,7 +209,7 @@ fn a_slave_that_lost_its_power_is_configured_again() {
     assert!(world.all_operational());
     assert_eq!((error_behaviour(&world, TWO), stamp(&world, TWO)), (1, [100, 200]));
     assert_eq!(progress(&world, TWO, from).last(), Some(&BootProgress::Booted));
-    // Nobody else was disturbed.
+    // No other slave was disturbed.
     assert!(requests(&world, Bus::Nominal, THREE, from).is_empty());
     assert!(progress(&world, THREE, from).is_empty());
 }
@@ -228,7 +228,7 @@ fn what_a_slave_has_by_its_stamp_is_not_written_again() {
     let sent = [read(0x1014, 0)].into_iter().chain((0x1800..0x1808).map(|index| read(index, 1)));
     let expected: Vec<_> = identity.into_iter().chain(stamps).chain(sent).collect();
     assert_eq!(requests(&world, Bus::Nominal, TWO, from), expected);
-    // Given somebody changes a setting of it: the stamp is gone, and that one is written.
+    // Given another client that changes a setting: the stamp is cleared, and the setting is written.
     let from = world.now();
     world.write(TWO, Address::new(0x1029, 1), &[0]);
     world.request(MasterRequest::Boot(TWO));

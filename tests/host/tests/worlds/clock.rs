@@ -1,4 +1,4 @@
-//! Waiting for spacecraft times while these are set, cut off and reset.
+//! Waits for spacecraft times while the time is set, cut off and reset.
 
 use ecss_can::node::MasterRequest;
 use ecss_can::prelude::*;
@@ -13,24 +13,24 @@ const TWO: NodeId = NodeId::of::<2>();
 const PROFILE: Profile =
     Profile { sync: Duration::from_millis(20), time: Duration::from_millis(20), autostart: true, ..STANDARD };
 
-/// How often the test looks.
+/// Period of the test's checks.
 const LOOK: Time = Time::from_ms(5);
-/// As many are told of a step at once.
+/// Number of waiters that a step of the clock wakes at once.
 const AT_ONCE: usize = 4;
 const END: Time = Time::from_ms(2_500);
 
-/// What happens to the spacecraft.
+/// An event of the spacecraft.
 #[derive(Clone, Copy, Debug)]
 enum NodeEvent {
-    /// The master's time is set, so many milliseconds away from what it is.
+    /// The master's time is changed by this many milliseconds.
     MasterSet(i64),
     /// The slave's time is set by its own application.
     SlaveSet(i64),
-    /// Nothing is heard any more on the active bus.
+    /// The active bus is cut.
     Cut,
     /// The slave is reset.
     Reset,
-    /// Somebody waits for a time so many milliseconds away.
+    /// A waiter waits for a time this many milliseconds from now.
     Wait(i64),
 }
 
@@ -59,13 +59,13 @@ fn world() -> World {
     world
 }
 
-/// Somebody who waits on the slave.
+/// A waiter on the slave.
 struct Waiter {
     target: Scet,
     task: Task<Scet>,
-    /// The test has seen that its time had come.
+    /// Whether the test has found that its time is reached.
     is_due: bool,
-    /// When it was told, and what time it was then.
+    /// Instant and spacecraft time of its wake-up.
     fired: Option<(Time, Scet)>,
 }
 
@@ -98,7 +98,7 @@ impl Trial {
             }
             NodeEvent::Reset => {
                 self.world.reset(TWO);
-                // Who waited there is gone.
+                // The waiters on the slave are gone.
                 self.waiters.clear();
             }
             NodeEvent::Wait(ms) => {
@@ -115,7 +115,7 @@ impl Trial {
         }
     }
 
-    /// Lets time pass, and checks all who wait.
+    /// Lets time pass, and checks all waiters.
     fn run_until(&mut self, until: Time) {
         while self.world.now() < until {
             self.world.run_for(LOOK);
@@ -126,7 +126,7 @@ impl Trial {
                     assert!(!scet.is_before(waiter.target), "at {scet:?}, before {:?}", waiter.target);
                     waiter.fired = Some((at, scet));
                 }
-                // Timers count whole microseconds, by a clock of their own.
+                // Timers count whole microseconds on a separate clock.
                 let target = waiter.target.plus(Duration::from_micros(2));
                 waiter.is_due |= scet.is_some_and(|scet| !scet.is_before(target));
                 assert!(!waiter.is_due || waiter.fired.is_some(), "{:?} is past at {scet:?}", waiter.target);
@@ -138,8 +138,8 @@ impl Trial {
 proptest! {
     #![proptest_config(crate::random::cases(60))]
 
-    /// Whatever happens to the clock, who waits for a time is told once: when the clock has reached it or was set beyond it,
-    /// not before.
+    /// Given any events of the clock, then a waiter is woken once, when the clock has reached its time or was set
+    /// beyond it, and not before.
     #[test]
     fn who_waits_for_a_time_is_told_once(
         schedule in prop::collection::vec((node_event(), 0..200_u64), 1..20),
@@ -154,7 +154,7 @@ proptest! {
     }
 }
 
-/// A second of the slave's time, told to the microsecond.
+/// Given a second of the slave's time, then a waiter is woken at its microsecond.
 #[test]
 fn a_time_is_told_at_its_microsecond() {
     let mut trial = Trial { world: world(), waiters: vec![] };

@@ -1,4 +1,4 @@
-//! As many slaves as a spacecraft can number: Node-IDs 2 to 126 with the same master. 127 is that of maintenance mode.
+//! The largest number of slaves of a spacecraft: Node-IDs 2 to 126 with one master. 127 is that of maintenance mode.
 
 use ecss_can::node::MasterEvent;
 use ecss_can::profile::Profile;
@@ -10,7 +10,7 @@ use crate::support::*;
 /// Node-IDs 2 to 126.
 const SLAVES: u8 = 125;
 
-/// Few frames of each, as there are many slaves.
+/// Few frames per slave, because there are many slaves.
 const SLOW: Profile = Profile {
     heartbeat: Duration::from_millis(400),
     consumer: Duration::from_millis(1_000),
@@ -18,8 +18,8 @@ const SLOW: Profile = Profile {
     ..STANDARD
 };
 
-/// Given 125 slaves, when the nominal bus is cut next to the master, then all of them are started before, stay Operational, and
-/// follow it; the master has asked each who it is, and loses none.
+/// Given 125 slaves, when the nominal bus is cut next to the master, then all of them are started before, stay
+/// Operational, and follow it; the master has identified each, and loses none.
 ///
 /// Verifies: ECSS 8.3.3b, 8.3.3d, 8.3.3g
 #[test]

@@ -7,7 +7,7 @@ use mission::LIBRECUBE;
 
 use crate::support::*;
 
-/// Everything that can be seen of a world with traffic and a fail-over.
+/// Returns all observable events of a world with traffic and a fail-over.
 fn history(seed: u64) -> String {
     let mut world = MissionWorld::busy(LIBRECUBE, 3, |world| world.seed(seed));
     world.run_until(ms(3_000));

@@ -1,4 +1,4 @@
-//! Noise on the bits, shorts, loose stubs and defective nodes: the data link and the second bus cope.
+//! Noise on the bits, shorts, loose stubs and defective nodes, which the data link and the second bus handle.
 
 use can_wire::fault::Fault;
 use can_wire::time::Time;
@@ -14,7 +14,7 @@ use mission::STANDARD;
 
 use crate::support::*;
 
-/// With commands and telemetry all the time.
+/// Makes a world with continuous commands and telemetry.
 fn busy(profile: Profile, slaves: u8) -> MissionWorld {
     let mut world = MissionWorld::busy(profile, slaves, |world| world);
     world.run_until(ms(1_000));
@@ -22,7 +22,7 @@ fn busy(profile: Profile, slaves: u8) -> MissionWorld {
     world
 }
 
-/// Why the master left a bus, how often, and that it did so in time.
+/// Returns the reasons for which the master left a bus, and asserts that it did so in time.
 fn causes(world: &World, from: Time) -> Vec<SwitchCause> {
     let log = world.log_of(MASTER).into_iter().filter(|(at, _)| *at >= from);
     let switched = log.filter_map(|(at, what)| match what {
@@ -36,7 +36,7 @@ fn causes(world: &World, from: Time) -> Vec<SwitchCause> {
     switched.map(in_time).collect()
 }
 
-/// Turns of the master whose commands a slave executed, in the order of execution.
+/// Returns the turns of the master whose commands a slave executed, in the order of execution.
 fn executed(world: &MissionWorld, node: NodeId) -> Vec<u32> {
     turns(world, node).into_iter().map(|(_, turn)| turn).collect()
 }
@@ -79,7 +79,7 @@ fn a_bus_shorted_recessive_is_left_for_the_other_one() {
     assert_eq!(causes(&world, from), [SwitchCause::SlavesSilent]);
     assert_eq!(world.master_bus(), Bus::Redundant);
     assert!(world.all_operational());
-    // Nothing stale goes out when it is over.
+    // No stale frame is sent after the fault.
     let over = world.now();
     world.strike(Bus::Nominal, Fault::ClearShorts);
     world.run_for(ms(1_000));
@@ -167,7 +167,7 @@ fn a_controller_without_power_disturbs_nobody() {
     world.strike(Bus::Nominal, Fault::PowerOff(four));
     world.run_for(ms(2_000));
     assert_eq!(world.counters(Bus::Nominal).destroyed, 0);
-    // Until all meet where the fourth is heard, too.
+    // Until all nodes are on a bus where the fourth slave is heard too.
     let heartbeats = |id| between(&world, Bus::Nominal, id, from, from + ms(500)).len();
     assert_eq!([0x702, 0x703, 0x704].map(heartbeats), [5, 5, 0]);
     for node in [TWO, THREE] {
@@ -183,7 +183,7 @@ fn a_babbling_node_costs_one_bus() {
     let mut world = running(STANDARD, 3);
     let from = world.now();
     let four = world.index(FOUR);
-    // The highest priority that there is, data that nobody understands.
+    // The highest priority, with data that no node accepts.
     world.strike(Bus::Nominal, Fault::Babble(four, standard(0x000, &[0x55; 8])));
     world.run_for(ms(2_000));
     assert_eq!(causes(&world, from), [SwitchCause::SlavesSilent]);
@@ -205,7 +205,7 @@ fn a_driver_stuck_dominant_costs_one_bus() {
     assert_eq!(causes(&world, from), [SwitchCause::SlavesSilent]);
     assert_eq!(world.master_bus(), Bus::Redundant);
     assert!(world.all_operational());
-    // When it lets go, the bus is there to go back to.
+    // When the driver is released, the bus can be used again.
     world.strike(Bus::Nominal, Fault::ReleaseDriver(three));
     world.run_for(ms(500));
     world.request(MasterRequest::SwitchBus(Bus::Nominal));

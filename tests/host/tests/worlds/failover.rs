@@ -14,7 +14,7 @@ use mission::{LIBRECUBE, STANDARD};
 
 use crate::support::*;
 
-/// Last heartbeat of the master on the nominal bus.
+/// Returns the end of the last heartbeat of the master on the nominal bus.
 fn last_heartbeat(world: &World) -> Time {
     since(world, Bus::Nominal, 0x701, Time::ZERO).pop().expect("a heartbeat").end
 }
@@ -99,11 +99,11 @@ fn selective_slave_toggles_after_ttoggle_and_is_started() {
         let toggled = told_once(&world, FOUR, cut, changed_bus(Bus::Redundant, BusCause::Toggled));
         let after = toggled.since(last);
         assert!(after.0.abs_diff(ms(toggle).0) < ms(toggle).0 / 20, "toggled after {} us", after.as_us());
-        // Its first word there, still Pre-operational, follows at once.
+        // Its first heartbeat there, still Pre-operational, follows at once.
         let word = since(&world, Bus::Redundant, 0x704, cut).remove(0);
         assert!(word.end.since(toggled) < ms(2));
         assert_eq!(word.frame.payload(), [0x7F]);
-        // The master starts it unasked.
+        // The master starts it without a request.
         let started = told_once(&world, FOUR, cut, entered(NmtState::Operational));
         assert!(started.since(word.end) < ms(2));
         assert!(world.all_operational());
@@ -137,7 +137,7 @@ fn on_command_heartbeat_stops_on_one_bus_starts_on_the_other() {
         assert_eq!(switched_at(&world, begin), (begin, SwitchCause::Commanded));
         assert!(since(&world, from, 0x701, begin + ms(1)).is_empty());
         assert!(since(&world, to, 0x701, begin)[0].start.since(begin) < ms(1));
-        // The selective slave came by itself, then nobody is left behind.
+        // The selective slave came by itself. No slave is left on the old bus.
         let late = world.frames(from).iter().filter(|sent| sent.start > begin + ms(501)).count();
         assert_eq!(late, 0);
     }

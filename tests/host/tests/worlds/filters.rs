@@ -17,7 +17,7 @@ const WITHIN: Time = Time::from_ms(5_000);
 const SPACECRAFT: Profile =
     Profile { selective: &[FOUR], minimal: &[MinimalNode { node: FIVE, has_heartbeat: true }], ..STANDARD };
 
-/// A master with its application, slaves 2 to 4 and a minimal one: all run.
+/// Makes a running world: a master with its application, slaves 2 to 4 and a minimal one.
 fn busy() -> MissionWorld {
     let mut world = MissionWorld::mixed(SPACECRAFT, 3, |world| world.seed(3));
     world.run_until(ms(2_000));
@@ -33,7 +33,7 @@ fn pair() -> MissionWorld {
     world
 }
 
-/// Flies on, and asserts that a node set each filter of both controllers again in every interval.
+/// Runs the world, and asserts that a node set each filter of both controllers again in every interval.
 fn assert_refreshes(world: &mut World, node: impl Into<NodeKey>) {
     let key = node.into();
     for _ in 0..2 {

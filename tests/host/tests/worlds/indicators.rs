@@ -8,13 +8,13 @@ use ecss_can::types::NodeId;
 use host_worlds::ResetLine;
 use mission::Indicators;
 
-/// What an application showed, over its resets.
+/// Indicators of an application, across its resets.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Shown {
     pub syncs: u32,
     pub heartbeats: u32,
     pub times: u32,
-    /// State LED, each time it was set.
+    /// States of the state LED, one per change.
     pub states: Vec<bool>,
     pub resets: u32,
 }
@@ -24,12 +24,12 @@ pub struct Shown {
 pub struct IndicatorLog(Rc<RefCell<BTreeMap<NodeId, Shown>>>);
 
 impl IndicatorLog {
-    /// What a node showed.
+    /// Returns the recorded indicators of a node.
     pub fn shown(&self, node: NodeId) -> Shown {
         self.0.borrow().get(&node).cloned().unwrap_or_default()
     }
 
-    /// The indicators of a node.
+    /// Returns indicators for a node, which are recorded.
     pub fn of(&self, node: NodeId, reset: ResetLine) -> NodeIndicators {
         NodeIndicators { indicators: self.clone(), node, reset }
     }

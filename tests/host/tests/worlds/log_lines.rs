@@ -1,4 +1,4 @@
-//! Lines that applications log, of one test each.
+//! Log lines of applications, separate for each test.
 
 use std::cell::RefCell;
 use std::sync::Once;
@@ -6,7 +6,7 @@ use std::sync::Once;
 use log::{LevelFilter, Log, Metadata, Record};
 
 thread_local! {
-    /// Lines of the test of this thread; `None`: it does not look at them.
+    /// Lines of the test of this thread. `None`: they are not kept.
     static LINES: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 
@@ -28,7 +28,7 @@ impl Log for Lines {
     fn flush(&self) {}
 }
 
-/// Keeps the lines of this test from now on.
+/// Starts to keep the lines of this test.
 pub fn keep() {
     static LOGGER: Once = Once::new();
     LOGGER.call_once(|| {
@@ -38,7 +38,7 @@ pub fn keep() {
     LINES.set(Some(Vec::new()));
 }
 
-/// Lines since [`keep`] or the last call: level and message.
+/// Returns the lines since [`keep`] or the last call: level and message.
 pub fn take() -> Vec<String> {
     LINES.replace(Some(Vec::new())).expect("`keep` was called")
 }

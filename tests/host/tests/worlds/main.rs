@@ -1,4 +1,4 @@
-//! Masters and slaves on two simulated buses: what the standard wants, seen from outside.
+//! Masters and slaves on two simulated buses: requirements of the standard, checked by frames and events.
 
 mod announcements;
 mod application_events;

@@ -1,4 +1,4 @@
-//! Mappings of senders and receivers: whether a world finds that they do not fit.
+//! Mappings of senders and receivers: a world detects those that do not match.
 
 use ecss_can::node::Device;
 use ecss_can::od::Field;
@@ -38,7 +38,8 @@ impl Device for Heater {
     );
 }
 
-/// A slave that receives 285h in the way of `WAY`: 0 as it is sent, 1 with two values swapped, 2 with a value more, 3 at another COB-ID.
+/// A slave that receives 285h with a mapping that depends on `WAY`: 0 as it is sent, 1 with two values swapped, 2 with
+/// an additional value, 3 with another COB-ID.
 #[derive(Debug, Objects)]
 #[objects(device)]
 struct Display<const WAY: usize = 0> {
@@ -111,8 +112,8 @@ fn cob_id_that_no_node_sends_is_found() {
     assert_eq!(world::<3>().unsent_pdos(), ["node 6: RPDO 1 (286h) is sent by no node"]);
 }
 
-/// Given the shipped mission, then its mappings fit. Unsent are PDOs of slaves that do not fly, and those that the application of the
-/// master sends: telecommands and requests.
+/// Given the shipped mission, then its mappings match. PDOs without a sender are those of missing slaves, and those
+/// that the application of the master sends: telecommands and requests.
 #[test]
 fn mappings_of_the_shipped_mission_fit() {
     let world = running(STANDARD, 3);

@@ -1,4 +1,4 @@
-//! The application of the master as it flies, on mock boards.
+//! The application of the master image, on mock boards.
 
 use can_wire::fault::Fault;
 use can_wire::time::Time;
@@ -36,7 +36,7 @@ fn payloads(frames: &[Sent]) -> Vec<&[u8]> {
     frames.iter().map(|sent| sent.frame.payload()).collect()
 }
 
-/// Sends an SDO request of 8 bytes to the master. Its answer.
+/// Sends an SDO request of 8 bytes to the master, and returns its answer.
 fn sdo(world: &mut MissionWorld, request: [u8; 8]) -> [u8; 8] {
     let from = world.now();
     let bus = world.master_bus();
@@ -111,8 +111,8 @@ fn turns_of_slaves_are_spread_over_the_period() {
     }
 }
 
-/// Given a slave that loses its power, then the master stops to command and to ask it, and begins again when it is back; its neighbour
-/// sees no difference. The sequence goes on.
+/// Given a slave that loses its power, then the master stops commands and requests to it, and resumes them when it is
+/// back. Its neighbour is not affected. The sequence continues.
 #[test]
 fn commands_stop_while_a_slave_is_lost() {
     let mut world = busy(3, ms(2_000));
@@ -134,7 +134,7 @@ fn commands_stop_while_a_slave_is_lost() {
     assert!(periods_us(&neighbour).iter().all(|us| us.abs_diff(100_000) < 1_500));
 }
 
-/// Given a slave that is sent to Pre-operational, then the master stops to command it until it is Operational again.
+/// Given a slave that is sent to Pre-operational, then the master sends it no commands until it is Operational again.
 #[test]
 fn a_slave_in_pre_operational_is_left_out() {
     let mut world = busy(1, ms(2_000));
@@ -185,8 +185,8 @@ fn a_cable_is_measured_by_command() {
     assert_eq!([2, 3].map(|sub| read(&mut world, 0x6320, sub)), [3, 0x0504_0000], "SDO protocol timed out");
 }
 
-/// Given a measurement that runs and will fail, when a client names another slave, then the failure is never seen: 6320h shows a
-/// measurement that runs, and then the result of the other slave.
+/// Given a measurement that runs and will fail, when a client names another slave, then the failure is never shown:
+/// 6320h shows a running measurement, and then the result of the other slave.
 #[test]
 fn a_cable_named_later_is_the_one_that_counts() {
     let mut world = busy(2, ms(15_000));
@@ -245,7 +245,7 @@ fn led_of_the_master_shows_the_redundant_bus() {
     assert!(switched[0].starts_with("WARN active bus: Redundant, no longer Nominal ("), "{switched:?}");
 }
 
-/// Given a master for a while, then its LED toggled once with each SYNC that it sent.
+/// Given a running master, then its LED toggles once with each SYNC.
 #[test]
 fn led_of_the_master_toggles_with_each_sync() {
     let world = busy(1, ms(3_050));
@@ -271,8 +271,8 @@ fn a_master_that_is_reset_numbers_commands_from_zero() {
     assert!(commands[0].start >= reset + ms(110));
 }
 
-/// Given two master boards, of which the standby has sent no command. When the active one loses its power, then the standby takes over,
-/// commands all slaves with sequences from zero, and logs its role.
+/// Given two master boards, of which the standby has sent no command, when the active one loses its power, then the
+/// standby takes over, commands all slaves with sequences from zero, and logs its role.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
@@ -303,7 +303,8 @@ fn a_standby_commands_only_when_it_took_over() {
     );
 }
 
-/// Given an active board. When it is requested to hand over, then it sends no further command, and the other board sends them.
+/// Given an active board, when it is requested to hand over, then it sends no further command, and the other board
+/// sends them.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
@@ -323,8 +324,8 @@ fn a_board_that_stands_by_stops_its_commands() {
     assert!(!lines.iter().any(|line| line.contains("not sent")), "it does not even try: {lines:#?}");
 }
 
-/// Given two master boards and a minimal slave without heartbeat, which takes commands whatever is heard of it. When the active board
-/// stands by, then it does not command that slave any more, and the other board begins.
+/// Given two master boards and a minimal slave without heartbeat, which gets commands without being heard, when the
+/// active board becomes the standby, then it stops commands to that slave, and the other board starts them.
 ///
 /// Verifies: ECSS 8.1a
 #[test]

@@ -1,4 +1,4 @@
-//! Telecommands and telemetry; frames that are none.
+//! Telecommands and telemetry, and invalid frames.
 
 use can_wire::frame::{WireFrame, WireId};
 use ecss_can::nmt::{Command as NmtCommand, Target};
@@ -9,7 +9,7 @@ use mission::{Command, Received, Request, Telemetry};
 
 use crate::support::*;
 
-/// Asks and waits for the answer.
+/// Sends a request and waits for the answer.
 fn ask(world: &mut MissionWorld, node: NodeId, request: Request) -> Telemetry {
     let from = world.now();
     assert_eq!(world.ask(node, request), Ok(()));
@@ -116,7 +116,7 @@ fn foreign_extended_and_remote_frames_disturb_nobody() {
     world.run_for(ms(40));
     let foreign = world.frames(Bus::Nominal).iter().filter(|sent| sent.node.is_none()).count();
     assert_eq!(foreign, 200, "all were acknowledged");
-    // What was handled meanwhile is what the master sent.
+    // The frames handled meanwhile are those of the master.
     let ours = [0x000, 0x080, 0x181, 0x302, 0x402, 0x701].into_iter();
     let heard: usize = ours
         .map(|id| {
@@ -130,7 +130,8 @@ fn foreign_extended_and_remote_frames_disturb_nobody() {
     assert!(world.all_operational());
 }
 
-/// DLC 9 to 15 mean 8 data bytes (ISO 11898-1): a command with six bytes of data after its code, none of this mission.
+/// Given a DLC of 9 to 15, which means 8 data bytes (ISO 11898-1), then the frame is an unknown command with six bytes
+/// of data.
 #[test]
 fn a_long_dlc_means_eight_bytes() {
     let mut world = running(STANDARD, 2);

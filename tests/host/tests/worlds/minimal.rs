@@ -10,9 +10,9 @@ use mission::STANDARD;
 
 use crate::support::*;
 
-/// It sends a heartbeat.
+/// Minimal slave that sends a heartbeat.
 const HEARD: NodeId = NodeId::of::<5>();
-/// They send none: one on both buses, one on one bus at a time.
+/// Minimal slave without heartbeat on both buses. The next one is on one bus at a time.
 const SILENT: NodeId = NodeId::of::<6>();
 const SILENT_SELECTIVE: NodeId = NodeId::of::<7>();
 const MINIMAL: [NodeId; 3] = [HEARD, SILENT, SILENT_SELECTIVE];
@@ -30,7 +30,8 @@ const SPACECRAFT: Profile = Profile {
 const CUT: Time = Time::from_ms(1_035);
 const END: Time = Time::from_ms(4_050);
 
-/// A master that commands and asks all slaves ten times a second: 2 and 3 are full ones.
+/// Returns a world whose master sends commands and requests to all slaves ten times a second. Slaves 2 and 3 are full
+/// ones.
 fn flown() -> MissionWorld {
     let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| world.seed(7));
     world.run_until(CUT);
@@ -41,12 +42,13 @@ fn flown() -> MissionWorld {
     world
 }
 
-/// Commands to a node that ended on a bus up to `to`, and that it was there to hear.
+/// Returns the number of commands to a node that ended on a bus up to `to` while the node was there.
 fn commanded(world: &World, node: NodeId, bus: Bus, from: Time, to: Time) -> usize {
     between(world, bus, 0x300 + u16::from(node.get()), from, to).len()
 }
 
-/// What a node says with the last SYNC on the redundant bus: commands executed, and when.
+/// Returns the number of executed commands in the last answer of a node to SYNC on the redundant bus, and the time of
+/// the answer.
 fn executed(world: &World, node: NodeId) -> (usize, Time) {
     let frames = since(world, Bus::Redundant, 0x280 + u16::from(node.get()), CUT);
     let last = frames.last().expect("it answers SYNC on the redundant bus");
@@ -54,7 +56,7 @@ fn executed(world: &World, node: NodeId) -> (usize, Time) {
     (u32::from_le_bytes([a, b, c, d]) as usize, last.start)
 }
 
-/// When a minimal slave went to the redundant bus.
+/// Returns the time at which a minimal slave changed to the redundant bus.
 fn moved(world: &World, node: NodeId) -> Time {
     let first = since(world, Bus::Redundant, 0x280 + u16::from(node.get()), CUT);
     first.first().expect("it answers SYNC on the redundant bus").start
@@ -77,7 +79,7 @@ fn full_and_minimal_slaves_fly_the_cut_of_a_bus() {
     assert!((CUT + ms(450)..CUT + ms(650)).contains(&toggled), "{} us", toggled.as_us());
 }
 
-/// Each command that reached a slave was executed once, whether it has a heartbeat or not.
+/// Given slaves with and without heartbeat, then each command that reached a slave was executed once.
 ///
 /// Verifies: ECSS 9.4.2a, 9.4.3b.2, 9.4.1a
 #[test]
@@ -94,7 +96,7 @@ fn commands_before_and_after_the_cut_are_executed_once() {
     let nominal = commanded(&world, SILENT_SELECTIVE, Bus::Nominal, Time::ZERO, until);
     let here = commanded(&world, SILENT_SELECTIVE, Bus::Redundant, moved(&world, SILENT_SELECTIVE), until);
     let all = commanded(&world, SILENT_SELECTIVE, Bus::Redundant, Time::ZERO, until);
-    // It may have come up to one SYNC, and so one command, before it first answers.
+    // It may have changed the bus up to one SYNC, and thus one command, before its first answer.
     assert!((nominal + here..=nominal + here + 1).contains(&executed), "{executed}, {nominal}, {here}");
     assert!(all >= here + 3, "those sent while it searched are lost: {all}, {here}");
 }
@@ -123,7 +125,8 @@ fn each_request_that_reaches_a_minimal_slave_brings_telemetry() {
     }
 }
 
-/// Given slaves that send no heartbeat, then they are on no bus by one, and the master neither misses them nor asks who they are.
+/// Given slaves that send no heartbeat, then the master assigns them to no bus by it, and neither misses nor identifies
+/// them.
 ///
 /// Verifies: ECSS 9.4.9.2a
 #[test]
@@ -143,7 +146,8 @@ fn slaves_without_heartbeat_are_neither_missed_nor_asked() {
     assert!(!master_told(&world, Time::ZERO).iter().any(missed));
 }
 
-/// Given a silent slave that loses its power for a second, then it executes the first command after that: nobody starts it.
+/// Given a silent slave that loses its power for a second, then it executes the first command after that without being
+/// started.
 ///
 /// Verifies: ECSS 9.4.6.1a, 9.4.1a
 #[test]

@@ -1,4 +1,4 @@
-//! The application of the minimal slave as it flies, on mock boards.
+//! The application of the minimal slave image, on mock boards.
 
 use ecss_can::node::minimal::MinimalSlave;
 use ecss_can::profile::{MinimalNode, Profile};
@@ -24,7 +24,7 @@ const SPACECRAFT: Profile = Profile {
     ..STANDARD
 };
 
-/// Node 2 alone on the buses with a foreign node, 100 ms after power-on.
+/// Returns a world with node 2 and a foreign node, 100 ms after power-on.
 fn alone<D: MissionDevice>(profile: &Profile, device: fn() -> D) -> (World, IndicatorLog) {
     let (indicators, profile) = (IndicatorLog::default(), *profile);
     let shown = indicators.clone();
@@ -100,18 +100,18 @@ fn minimal_slaves_obey_with_and_without_heartbeat() {
         assert!(if sends { heartbeats >= 29 } else { heartbeats == 0 }, "{node:?}: {heartbeats}");
         let shown = world.indicators(node);
         let commands = since(&world, Bus::Nominal, 0x300 + id, ms(0));
-        // Even turns switch it, beginning with on; each PDO sets it, requests too.
+        // Even turns switch it, starting with on. Each PDO sets it, including requests.
         let mut states = shown.states.clone();
         states.dedup();
         assert!((10..=20).contains(&states.len()) && states[0], "{node:?}: {states:?}");
         assert!(commands.len() >= 25, "{node:?}: {}", commands.len());
         let sent = since(&world, Bus::Nominal, 0x701, ms(0)).len() as u32;
-        // The first one went out before the slave listened, at most.
+        // At most the first one was sent before the slave listened.
         assert!((sent - 1..=sent).contains(&shown.heartbeats), "{node:?}: {} of {sent}", shown.heartbeats);
     }
 }
 
-/// Given a master that falls silent, then the slave logs that it misses it, changes the bus and gives up.
+/// Given a master that becomes silent, then the slave logs the loss, changes the bus and gives up.
 #[test]
 fn minimal_slave_logs_its_search() {
     log_lines::keep();

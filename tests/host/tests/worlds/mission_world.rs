@@ -30,7 +30,7 @@ pub type MissionSlave = slave::Node;
 /// Bytes of a slave's data store.
 const STORE: usize = 24 * 1024;
 
-/// What the application of a slave did with a telecommand.
+/// Reaction of a slave's application to a telecommand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reaction {
     Executed(Command),
@@ -66,22 +66,23 @@ impl DerefMut for MissionWorld {
 }
 
 impl MissionWorld {
-    /// The master and slaves 2, 3, .., `slaves` of them.
+    /// Makes a world with the master and `slaves` slaves from Node-ID 2 on.
     pub fn new(profile: Profile, slaves: u8) -> MissionWorld {
         MissionWorld::of(profile, slaves, |world| world)
     }
 
-    /// The same, with clocks and power as `plan` has them.
+    /// Makes this world with the clocks and power of `plan`.
     pub fn of(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
         MissionWorld::with(profile, slaves, false, plan)
     }
 
-    /// The same with the application of the master: it commands and asks every slave once per period of the mission.
+    /// Makes this world with the application of the master, which sends each slave a command and a request once per
+    /// period of the mission.
     pub fn busy(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
         MissionWorld::with(profile, slaves, true, plan)
     }
 
-    /// The same with minimal slaves behind the full ones: those that the profile names.
+    /// Makes this world with the minimal slaves of the profile after the full ones.
     pub fn mixed(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
         MissionWorld::with_indicators(profile, slaves, true, |world, indicators| {
             plan(with_minimal(world, &profile, indicators))
@@ -123,7 +124,8 @@ impl MissionWorld {
         MissionWorld { world: plan(world, &indicators).build(), reactions, indicators, sequences }
     }
 
-    /// Two master boards with their applications, slaves 2, 3, .., `slaves` of them, and the minimal slaves of the profile.
+    /// Makes a world with two master boards and their applications, `slaves` slaves from Node-ID 2 on, and the minimal
+    /// slaves of the profile.
     pub fn pair(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
         let (reactions, indicators) = (Reactions::default(), IndicatorLog::default());
         let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
@@ -138,31 +140,31 @@ impl MissionWorld {
         MissionWorld { world: plan(world).build(), reactions, indicators, sequences: Rc::default() }
     }
 
-    /// What the indicators of a full slave or of the first master board show.
+    /// Returns the indicators of a full slave or of the first master board.
     pub fn indicators(&self, node: NodeId) -> crate::indicators::Shown {
         self.indicators.shown(node)
     }
 
-    /// What the application of a slave did so far.
+    /// Returns the reactions of a slave's application so far.
     pub fn reactions(&self, node: NodeId) -> Vec<(Time, Reaction)> {
         let reactions = self.reactions.borrow();
         reactions.iter().filter(|(_, id, _)| *id == node).map(|(at, _, reaction)| (*at, *reaction)).collect()
     }
 
-    /// Sends a telecommand. The master is on for longer than a command's lifetime.
+    /// Sends a telecommand. The master must be on for longer than a command's lifetime.
     pub fn command(&self, node: NodeId, command: Command) -> Result<(), Refusal> {
         let master: Handle<MissionMaster> = self.world.master();
         let message = self.sequences.encode(node, command, master.now()).unwrap();
         master.send_to(node, TELECOMMAND, message.telecommand())
     }
 
-    /// Asks for telemetry.
+    /// Requests telemetry.
     pub fn ask(&self, node: NodeId, request: Request) -> Result<(), Refusal> {
         let master: Handle<MissionMaster> = self.world.master();
         master.send_to(node, REQUEST, request.encode().values())
     }
 
-    /// The application of the master begins to do something with its node.
+    /// Starts an operation of the master's application on its node.
     pub fn on_master<T: 'static, F: Future<Output = T> + 'static>(
         &self,
         work: impl FnOnce(Handle<MissionMaster>) -> F,
@@ -170,7 +172,7 @@ impl MissionWorld {
         self.world.spawn(NodeId::MASTER, work(self.world.master()))
     }
 
-    /// The application of a slave begins to do something with its node.
+    /// Starts an operation of a slave's application on its node.
     pub fn on_slave<T: 'static, F: Future<Output = T> + 'static>(
         &self,
         node: NodeId,
@@ -179,12 +181,12 @@ impl MissionWorld {
         self.world.spawn(node, work(self.world.slave(node)))
     }
 
-    /// Looks at the master.
+    /// Calls `look` with the master.
     pub fn master<R>(&self, look: impl FnOnce(&mut MissionMaster) -> R) -> R {
         self.world.master().with(|master, _| look(master))
     }
 
-    /// Looks at a slave.
+    /// Calls `look` with a slave.
     pub fn slave<R>(&self, node: NodeId, look: impl FnOnce(&mut MissionSlave) -> R) -> R {
         self.world.slave(node).with(|slave, _| look(slave))
     }
@@ -210,7 +212,7 @@ fn with_slaves(
     })
 }
 
-/// The minimal slaves of a profile.
+/// Adds the minimal slaves of a profile.
 fn with_minimal(world: Builder, profile: &Profile, indicators: &IndicatorLog) -> Builder {
     profile.minimal.iter().fold(world, |world, minimal| {
         let (id, profile, indicators) = (minimal.node, *profile, indicators.clone());
@@ -226,12 +228,13 @@ fn with_minimal(world: Builder, profile: &Profile, indicators: &IndicatorLog) ->
 struct Sequences(RefCell<BTreeMap<NodeId, Sequence>>);
 
 impl Sequences {
-    /// After a power-on, which is the zero of the master's clock.
+    /// Restarts the numbers at a power-on, which is zero on the master's clock.
     fn restart(&self) {
         self.0.borrow_mut().clear();
     }
 
-    /// A command as it goes out now; `None` so soon after power-on that a slave might take it for a repeat.
+    /// Encodes a command that is sent now. `None`: a slave might take it for a repeat, because the power-on was too
+    /// recent.
     fn encode(&self, node: NodeId, command: Command, now: Instant) -> Option<Message> {
         let mut slaves = self.0.borrow_mut();
         let sequence = slaves.entry(node).or_insert_with(|| Sequence::new(Instant::ZERO, COMMAND_PERIOD));
@@ -263,7 +266,7 @@ pub async fn minimal_application<D: MissionDevice>(
     minimal::Application::new(slave, events, indicators).run().await;
 }
 
-/// The application of the image of a slave. Notes what it does with each telecommand.
+/// The application of the image of a slave. Records its reaction to each telecommand.
 async fn slave_application(
     slave: Handle<MissionSlave>,
     events: Events<MissionSlave>,
@@ -286,7 +289,7 @@ async fn slave_application(
     }
 }
 
-/// Derives from the record of an application what it did with a telecommand.
+/// Derives the reaction to a telecommand from the record of an application.
 fn reaction(before: &SlaveRecord, after: &SlaveRecord, message: &Message) -> Reaction {
     if after.commands.repeats() > before.commands.repeats() {
         return Reaction::Repeated(message.code());
@@ -298,7 +301,7 @@ fn reaction(before: &SlaveRecord, after: &SlaveRecord, message: &Message) -> Rea
     }
 }
 
-/// Events of a slave, and the last one that its application took.
+/// Events of a slave, and the last one that its application handled.
 struct Watched {
     events: Events<MissionSlave>,
     last: Rc<Cell<Option<(Time, SlaveEvent)>>>,

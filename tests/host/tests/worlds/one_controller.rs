@@ -1,4 +1,5 @@
-//! Slaves with one controller and two transceivers (ECSS Figure A-6) beside others: the cut, searches, resets, frames under way.
+//! Slaves with one controller and two transceivers (ECSS Figure A-6) beside others: cuts, searches, resets, frames on
+//! the wire.
 //!
 //! Verifies: ECSS 8.2.1a.1
 
@@ -13,11 +14,11 @@ use mission::STANDARD;
 
 use crate::support::*;
 
-/// Minimal: with two controllers, and with one.
+/// Minimal slave with two controllers. The next one has one.
 const FIVE: NodeId = NodeId::of::<5>();
 const SIX: NodeId = NodeId::of::<6>();
 
-/// 2 and 3 are full slaves.
+/// The mission with full slaves 2 and 3.
 const SPACECRAFT: Profile = Profile {
     minimal: &[
         MinimalNode { node: FIVE, has_heartbeat: true },
@@ -32,7 +33,7 @@ const END: Time = Time::from_ms(4_050);
 /// Ttoggle consumer times.
 const TOGGLING: Time = Time::from_ms(500);
 
-/// A master that commands and asks all slaves ten times a second.
+/// Returns a world whose master sends commands and requests to all slaves ten times a second.
 fn flown(plan: impl FnOnce(Builder) -> Builder) -> MissionWorld {
     let mut world = MissionWorld::mixed(SPACECRAFT, 2, |world| plan(world.seed(7)));
     world.run_until(CUT);
@@ -70,7 +71,7 @@ fn minimal_one_controller_slave_follows_the_cut_by_its_search() {
     assert!(answers(&world, FIVE, Bus::Redundant)[0].start < CUT + ms(210));
 }
 
-/// Each command that reached the slave was executed once, on one bus and on the other.
+/// Given a slave with one controller, then each command that reached it was executed once, on either bus.
 ///
 /// Verifies: ECSS 9.4.1a, 9.4.2a
 #[test]
@@ -83,11 +84,11 @@ fn minimal_slave_with_one_controller_executes_each_command_once() {
     let nominal = commands(&world, SIX, Bus::Nominal, Time::ZERO, CUT);
     let here = commands(&world, SIX, Bus::Redundant, first, last.start);
     assert!(nominal >= 8 && here >= 20, "{nominal}, {here}");
-    // It may have come up to one SYNC, and so one command, before it first answers.
+    // It may have changed the bus up to one SYNC, and thus one command, before its first answer.
     assert!((nominal + here..=nominal + here + 1).contains(&executed), "{executed}, {nominal}, {here}");
 }
 
-/// Given the same slaves once with one controller and once with two, then all frames of both buses are the same.
+/// Given the same slaves with one controller and with two, then all frames of both buses are equal.
 #[test]
 fn one_controller_or_two_make_no_difference_on_the_buses() {
     let (one, two) = (mixed(), flown(|world| world));
@@ -144,15 +145,15 @@ fn slave_with_one_controller_comes_back_after_a_reset() {
     assert_eq!(since(&world, Bus::Nominal, 0x704, ms(1_700)).len(), 0);
     let boot_up = |sent: &&host_worlds::world::Sent| sent.frame.payload() == [0];
     assert_eq!(since(&world, Bus::Redundant, 0x704, ms(3_000)).iter().filter(boot_up).count(), 1);
-    // By loss of power as well: Bdefault of its dictionary is the nominal bus again, and it searches.
+    // After a loss of power, Bdefault of its dictionary is the nominal bus again, and it searches.
     world.reset(FOUR);
     world.run_until(ms(7_000));
     assert_eq!(world.active(FOUR), Some(Bus::Redundant));
     assert_eq!(world.state(FOUR), Some(NmtState::Operational));
 }
 
-/// Given a frame of its own on the wire, when the application chooses the other bus, then the frame ends first. The other
-/// bus sees no part of it, and the slave is back where its master is after its search.
+/// Given a slave whose frame is on the wire, when its application chooses the other bus, then the frame ends first. No
+/// part of it is on the other bus, and after its search the slave is back on the bus of its master.
 ///
 /// Verifies: ECSS 8.2.3a, 8.3.3e.2
 #[test]

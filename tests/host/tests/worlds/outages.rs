@@ -1,4 +1,4 @@
-//! Outages of a part of the network under traffic: the nodes that are left communicate all the time, not only at the end.
+//! Outages of a part of the network under traffic: the other nodes communicate at all times, not only at the end.
 //!
 //! The master commands every slave and asks it for telemetry ten times a second. Heartbeat and SYNC have the same period.
 
@@ -17,10 +17,10 @@ use crate::support::*;
 
 /// Period of commands, telemetry, heartbeats and SYNC.
 const PERIOD: Time = Time::from_ms(100);
-/// Frames of others that may go first, and the delay of late heartbeats.
+/// Duration of frames that may be sent first, and the delay of late heartbeats.
 const JITTER_US: u64 = 2_000;
 
-/// A network with commands and telemetry all the time.
+/// Makes a network with continuous commands and telemetry.
 fn busy(profile: Profile) -> MissionWorld {
     let mut world = MissionWorld::busy(profile, 3, |world| world);
     world.run_until(ms(1_000));
@@ -28,12 +28,12 @@ fn busy(profile: Profile) -> MissionWorld {
     world
 }
 
-/// Commands that a slave executed in `(from, to]`: when, and the turn of the master.
+/// Returns the commands that a slave executed in `(from, to]`: time, and turn of the master.
 fn executed(world: &MissionWorld, node: NodeId, from: Time, to: Time) -> Vec<(Time, u32)> {
     turns(world, node).into_iter().filter(|(at, _)| *at > from && *at <= to).collect()
 }
 
-/// Asserts that this slave and the master went on from `from` to `to` on the nominal bus as if nothing had happened.
+/// Asserts that this slave and the master were undisturbed from `from` to `to` on the nominal bus.
 fn assert_undisturbed(world: &MissionWorld, node: NodeId, from: Time, to: Time) {
     let expected = to.since(from).as_us() / PERIOD.as_us();
     let commands = executed(world, node, from, to);
@@ -54,10 +54,11 @@ fn assert_undisturbed(world: &MissionWorld, node: NodeId, from: Time, to: Time) 
     assert_eq!(told(world, node, from, entered(NmtState::PreOperational)), [], "{node:?}");
 }
 
-/// Offsets from the start of a heartbeat of slave 2, and the frames that are torn: it is on the wire twice, then the bus is idle.
+/// Offsets from the start of a heartbeat of slave 2, and the number of interrupted frames. Twice the heartbeat is on
+/// the wire, then the bus is idle.
 const MOMENTS: [(Time, usize); 3] = [(Time::from_us(10), 1), (Time::from_us(40), 1), (Time::from_ms(53), 0)];
 
-/// Start of the first heartbeat of slave 2 after one second. Each world of this kind has the same.
+/// Returns the start of the first heartbeat of slave 2 after one second. It is the same in each such world.
 fn next_heartbeat() -> Time {
     let mut world = busy(STANDARD);
     let from = world.now();
@@ -65,8 +66,9 @@ fn next_heartbeat() -> Time {
     since(&world, Bus::Nominal, 0x702, from)[0].start
 }
 
-/// Given a busy network, when a slave loses its power, in the middle of a frame of its own or between frames, then the others get
-/// each command, send each telemetry, heartbeat and local time in time, and stay on the bus; likewise when it returns.
+/// Given a busy network, when a slave loses its power, in the middle of a frame of its own or between frames, then the
+/// others get each command, send each telemetry, heartbeat and local time in time, and stay on the bus. The same holds
+/// when it returns.
 ///
 /// Verifies: ECSS 5.3.3.2.2b, 6.5.2a, 6.9d, 8.3.3a, 8.3.3d
 /// Notices: ECSS 5.3.3.2.2b: one silent slave makes the master leave the bus.
@@ -105,8 +107,8 @@ const MANDATORY: Profile = Profile {
     ..STANDARD
 };
 
-/// Given a busy network, when a mandatory slave loses its power, then the others go on in the same way: SYNC does not wait for it
-/// again. When it returns, then it is started.
+/// Given a busy network, when a mandatory slave loses its power, then the others continue in the same way, and SYNC
+/// does not wait for it again. When it returns, then it is started.
 ///
 /// Verifies: ECSS 5.3.3.2.2b, 5.3.3.2.3k, 5.3.3.2.3k.1, 6.9d, 8.3.3d
 /// Notices: ECSS 5.3.3.2.2b: SYNC waits again when a mandatory slave is lost.
@@ -191,7 +193,8 @@ fn a_cut_of_both_buses_leaves_no_ill_effects_when_it_heals() {
     }
 }
 
-/// Asserts that a slave gets and sends all that it should after `settled`, with controllers without errors.
+/// Asserts that a slave receives and sends all expected frames after `settled`, and that its controllers have no
+/// errors.
 fn assert_settled(world: &MissionWorld, node: NodeId, settled: Time) {
     let commands = executed(world, node, settled, world.now()).len();
     assert!((9..=11).contains(&commands), "{node:?}: {commands} commands");
@@ -201,7 +204,7 @@ fn assert_settled(world: &MissionWorld, node: NodeId, settled: Time) {
         let frames = since(world, bus, id, settled).len();
         assert!((9..=11).contains(&frames), "{id:03X}: {frames}");
     }
-    // Error active, no count that is left, and the same run as before the cut.
+    // Error active, no error count left, and no restart since the cut.
     assert_eq!(world.port(node, bus).health().state, ErrorState::Active);
     assert_eq!(world.port(node, bus).health(), Health::default(), "{node:?}");
     let log = world.log_of(node).into_iter().filter(|(at, _)| *at >= settled);
@@ -210,21 +213,21 @@ fn assert_settled(world: &MissionWorld, node: NodeId, settled: Time) {
     assert_eq!(boots(world, node), 1, "{node:?} was not reset");
 }
 
-/// Events of a slave that works: heartbeats of the master, SYNC, PDOs and times.
+/// Returns whether an event is one of normal operation: heartbeats of the master, SYNC, PDOs and times.
 fn is_routine(node_event: &NodeEvent) -> bool {
     use SlaveEvent::{Heartbeat, Pdo, Sync, Time};
     matches!(node_event, NodeEvent::Slave(Heartbeat { .. } | Sync { .. } | Pdo(_) | Time(_)))
 }
 
-/// Number of boot-up messages of a slave on both buses.
+/// Returns the number of boot-up messages of a slave on both buses.
 fn boots(world: &World, node: NodeId) -> usize {
     let id = 0x700 + u16::from(node.get());
     let of = |bus| since(world, bus, id, Time::ZERO).into_iter().filter(|sent| sent.frame.payload() == [0]);
     Bus::ALL.into_iter().map(|bus| of(bus).count()).sum()
 }
 
-/// Strikes both buses of a busy network with a short that makes them show this level, for a few milliseconds up to more
-/// than the slaves search. Asserts that all nodes communicate when it is gone as they did before: each command is executed once, no error state
+/// Applies a short with this level to both buses of a busy network, for a few milliseconds up to more than the search
+/// of the slaves. Asserts that after it all nodes communicate as before: each command is executed once, no error state
 /// and no error count is left, no node was reset, and the master stays on its bus.
 fn assert_short_leaves_no_ill_effects(level: bool) {
     for (span, profile) in
@@ -256,8 +259,8 @@ fn assert_short_leaves_no_ill_effects(level: bool) {
     }
 }
 
-/// CAN_H at ground, CAN_L at CAN_H, CAN_H at a negative voltage or CAN_L at a positive one: the difference is none, or
-/// negative.
+/// Given CAN_H at ground, CAN_L at CAN_H, CAN_H at a negative voltage or CAN_L at a positive one, then the differential
+/// voltage is zero or negative.
 ///
 /// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h, 5.3.3.2.3j, 5.6.2a
 /// Notices: ECSS 5.3.3.2.3g: a bus with too many recoveries from bus-off is never tried again.
@@ -267,7 +270,8 @@ fn buses_that_were_shorted_recessive_resume() {
     assert_short_leaves_no_ill_effects(true);
 }
 
-/// CAN_H at a positive voltage or CAN_L at a negative one: the difference is that of a dominant bit.
+/// Given CAN_H at a positive voltage or CAN_L at a negative one, then the differential voltage is that of a dominant
+/// bit.
 ///
 /// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3h, 5.3.3.2.3g, 5.3.3.2.3j, 8.3.3f
 /// Notices: ECSS 5.3.3.2.3d: the master starts slaves at their boot-up alone.

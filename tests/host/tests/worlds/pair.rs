@@ -19,10 +19,10 @@ use crate::support::*;
 
 const PRIME: NodeKey = NodeKey::MASTER;
 const SECOND: NodeKey = NodeKey::SECOND_MASTER;
-/// Between prime and slave 2, between slaves 2 and 3, 3 and 4, and between slave 4 and the second board.
+/// Positions between prime and slave 2, slaves 2 and 3, slaves 3 and 4, and slave 4 and the second board.
 const GAPS_M: [f64; 4] = [3.0, 5.0, 7.0, 9.0];
 
-/// Prime is active, all slaves run.
+/// Returns a world in which prime is active and all slaves run.
 fn flying() -> MissionWorld {
     let world = flown(MissionWorld::pair(TWO_MASTERS, 3, |world| world.seed(7)));
     assert_eq!(world.active_masters(), [PRIME]);
@@ -43,7 +43,7 @@ fn heal_both(world: &mut World) {
     Bus::ALL.into_iter().for_each(|bus| world.heal(bus));
 }
 
-/// Frames of one board on both buses that ended after `from`, in the order of time.
+/// Returns the frames of one board on both buses that ended after `from`, in the order of time.
 fn of(world: &World, key: NodeKey, from: Time) -> Vec<(Bus, Sent)> {
     let all = Bus::ALL
         .into_iter()
@@ -53,13 +53,13 @@ fn of(world: &World, key: NodeKey, from: Time) -> Vec<(Bus, Sent)> {
     all
 }
 
-/// SYNCs of one board that ended after `from`.
+/// Returns the SYNCs of one board that ended after `from`.
 fn syncs(world: &World, key: NodeKey, from: Time) -> Vec<Sent> {
     let frames = of(world, key, from).into_iter().map(|(_, sent)| sent);
     frames.filter(|sent| sent.id() == Some(0x080)).collect()
 }
 
-/// Changes of the role of a board from then on.
+/// Returns the changes of the role of a board after `from`.
 fn roles(world: &World, key: NodeKey, from: Time) -> Vec<(Time, RoleCause)> {
     let log = world.log_of(key).into_iter().filter(|(at, _)| *at >= from);
     log.filter_map(|(at, what)| match what {
@@ -69,7 +69,7 @@ fn roles(world: &World, key: NodeKey, from: Time) -> Vec<(Time, RoleCause)> {
     .collect()
 }
 
-/// Whether a board has sent nothing since. What was on the wire when it yielded may still have ended.
+/// Returns whether a board has sent nothing since `from`. A frame that was on the wire may have ended later.
 fn is_silent(world: &World, key: NodeKey, from: Time) -> bool {
     of(world, key, from + ms(1)).is_empty()
 }
@@ -106,7 +106,7 @@ fn a_standby_takes_over_on_the_bus_heard_last() {
         world.run_for(ms(2_000));
         let heartbeats = between(&world, bus, 0x701, Time::ZERO, off);
         let last = heartbeats.last().unwrap().end;
-        // On the other bus its claim may be first.
+        // On the other bus a claim may precede it.
         let of_second = of(&world, SECOND, Time::ZERO);
         let (_, first) = of_second.iter().find(|(place, _)| *place == bus).unwrap();
         assert_eq!((first.id(), first.frame.payload()), (Some(0x701), &[0][..]));
@@ -152,7 +152,7 @@ fn standby_cut_off_from_the_active_bus_stays_the_standby() {
     assert!(world.all_operational());
 }
 
-/// Given a standby that has taken over, when the other board is back, then nothing is handed back.
+/// Given a standby that has taken over, when the other board is back, then the roles stay.
 #[test]
 fn a_board_that_was_reset_in_flight_is_the_standby_for_ever() {
     let mut world = flying();
@@ -175,7 +175,7 @@ fn a_commanded_handover_takes_the_consumer_time() {
     let taken = of(&world, SECOND, Time::ZERO).remove(0).1.end.since(now);
     assert!(taken > ms(290) && taken < ms(410), "{} us", taken.as_us());
     assert!(world.all_operational() && world.active_masters() == [SECOND] && is_silent(&world, PRIME, now));
-    // And back.
+    // Hands over again.
     let now = world.now();
     world.request_to(SECOND, MasterRequest::StandBy);
     world.run_for(ms(2_000));
@@ -190,7 +190,8 @@ fn a_commanded_handover_takes_the_consumer_time() {
 /// Notices: ECSS 6.9d: a board that is strapped second sends no SYNC when it is active.
 #[test]
 fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
-    // Between the slaves: prime has one of three, or two. In the last case one slave is off: one each.
+    // Cuts between the slaves: prime has one of three slaves, or two. In the last case one slave is off, and each
+    // master has one.
     for (gap, is_off, stays) in
         [(0, false, SECOND), (1, false, SECOND), (2, false, PRIME), (3, false, PRIME), (1, true, PRIME)]
     {
@@ -203,7 +204,7 @@ fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
         world.run_for(ms(3_000));
         assert_eq!(world.active_masters(), [PRIME, SECOND], "gap {gap}");
         let healed = world.now();
-        // A master without a slave has no acknowledgement: none of its frames ends.
+        // The frames of a master without a slave are not acknowledged, so none completes.
         for (key, alone) in [(PRIME, 0), (SECOND, 3)] {
             let apart = syncs(&world, key, healed - ms(1_000)).len();
             assert_eq!(apart, if gap == alone { 0 } else { 10 }, "gap {gap}: {key:?}");
@@ -225,8 +226,8 @@ fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
     }
 }
 
-/// Given a standby alone with a foreign node, when the foreign node sends, then no node acknowledges: silent mode drives no bit. Then
-/// a slave is there.
+/// Given a standby alone with a foreign node, when the foreign node sends, then no node acknowledges, because silent
+/// mode drives no bit. A slave is added afterwards.
 #[test]
 fn a_standby_acknowledges_nothing() {
     let mut world = MissionWorld::pair(TWO_MASTERS, 1, |world| {
@@ -242,8 +243,8 @@ fn a_standby_acknowledges_nothing() {
     assert!(world.all_operational() && world.active_masters() == [SECOND]);
 }
 
-/// Given no slave, when prime is active and nobody acknowledges, then the other board stays the standby, and the first slave
-/// that comes is started.
+/// Given no slave, when prime is active without acknowledgements, then the other board stays the standby, and the first
+/// slave that appears is started.
 #[test]
 fn two_masters_without_a_slave_do_not_take_turns() {
     let mut world = MissionWorld::pair(TWO_MASTERS, 1, |world| world.powered_at(TWO, ms(5_000)));
@@ -255,8 +256,8 @@ fn two_masters_without_a_slave_do_not_take_turns() {
     assert!(world.all_operational() && world.active_masters() == [PRIME]);
 }
 
-/// Given slaves that follow the time of prime, when prime is lost before the other board heard a time, then the slaves keep theirs:
-/// the new master sends none until its clock is set.
+/// Given slaves that follow the time of prime, when prime is lost before the other board heard a time, then the slaves
+/// keep their time: the new master sends none until its clock is set.
 ///
 /// Verifies: ECSS 7.2.2b, 6.9d, 7.2.2c, 7.2.3d
 #[test]
@@ -266,7 +267,7 @@ fn a_new_master_without_a_time_changes_no_clock() {
     let set = world.now();
     world.request(MasterRequest::SetTime(Scet::new(1_000_000, 0).unwrap()));
     world.run_for(ms(5_000));
-    // The time goes out each second: the second board hears heartbeats for 300 ms, and no time.
+    // The time is sent every second. The second board hears heartbeats for 300 ms, and no time.
     let last = since(&world, Bus::Nominal, 0x181, Time::ZERO).last().unwrap().end;
     world.run_until(last + ms(1_010));
     world.power_on(SECOND);
@@ -291,8 +292,8 @@ fn a_new_master_without_a_time_changes_no_clock() {
     );
 }
 
-/// Given two masters and nothing wrong, then the bus that is not active carries one claim of the active one with each heartbeat and
-/// nothing else, and no slave changes the bus because of it.
+/// Given two masters without a fault, then the inactive bus carries one claim of the active master with each heartbeat
+/// and no other frame, and no slave changes the bus because of it.
 ///
 /// Verifies: ECSS 8.3.3d
 #[test]
@@ -371,7 +372,7 @@ proptest! {
         [PRIME, SECOND, TWO.into(), THREE.into(), FOUR.into()].into_iter().for_each(|key| world.power_on(key));
         world.run_for(ms(6_000));
         prop_assert!(world.all_operational(), "{:?}", world.active_masters());
-        // And it stays so: the same master, the other one silent.
+        // The state is stable: the same master is active, and the other one silent.
         let (settled, active) = (world.now(), world.active_masters());
         world.run_for(ms(2_000));
         prop_assert!(world.all_operational());

@@ -21,12 +21,12 @@ const TIME: [u8; 7] = [0x00, 0x00, 0x80, 0x78, 0x56, 0x34, 0x12];
 /// Units of 2^-24 s in two microseconds.
 const TWO_US: i64 = 34;
 
-/// Node 2 with its heartbeat, and the first one of the master.
+/// Returns a world after the first heartbeats of node 2 and of the master.
 fn powered() -> World {
     powered_nodes(&[TWO])
 }
 
-/// As [`powered`], with these nodes.
+/// Returns a world as [`powered`] does, with these nodes.
 fn powered_nodes(nodes: &[NodeId]) -> World {
     let slave = |id| MinimalSlave::builder(id, &LIBRECUBE, PrototypeMission::new()).build();
     let mut builder = World::builder();
@@ -41,7 +41,7 @@ fn powered_nodes(nodes: &[NodeId]) -> World {
     world
 }
 
-/// What node 2 sends within 20 ms of a frame, beside its heartbeat.
+/// Sends a frame, and returns the frames of node 2 within 20 ms except its heartbeat.
 fn asks(world: &mut World, id: u16, data: &[u8]) -> Vec<(u16, Vec<u8>)> {
     let from = world.now();
     world.inject(Bus::Nominal, standard(id, data));
@@ -52,13 +52,13 @@ fn asks(world: &mut World, id: u16, data: &[u8]) -> Vec<(u16, Vec<u8>)> {
     sent.map(|sent| (sent.id().unwrap(), sent.frame.payload().to_vec())).collect()
 }
 
-/// The one frame of these.
+/// Returns the only frame.
 fn only(mut frames: Vec<(u16, Vec<u8>)>) -> (u16, Vec<u8>) {
     assert_eq!(frames.len(), 1, "{frames:02X?}");
     frames.remove(0)
 }
 
-/// Coarse and fine time as one number, units of 2^-24 s.
+/// Returns coarse and fine time as one number, units of 2^-24 s.
 fn units(data: &[u8]) -> i64 {
     data.iter().rev().fold(0, |units, byte| units << 8 | i64::from(*byte))
 }
@@ -72,7 +72,7 @@ fn prototype_sends_its_heartbeat_every_250_ms() {
     assert_eq!(beats.len(), 5);
     assert!(beats.iter().all(|sent| sent.frame.payload() == [0x05]));
     let periods = periods_us(&beats);
-    // The first one waits until somebody acknowledges it.
+    // The first one is pending until a node acknowledges it.
     assert!(periods[1..].iter().all(|period| (249_800..250_200).contains(period)), "{periods:?}");
 }
 
@@ -92,11 +92,11 @@ fn request_brings_the_telemetry_of_the_prototype() {
         assert_eq!(asks(&mut world, 0x402, request), [(0x382, telemetry)]);
     }
     assert_eq!(asks(&mut world, 0x402, &[0x01]), [], "half a code");
-    // Of full slaves alone: how they stamp frames.
+    // Only full slaves know this request, for the kind of their stamps.
     assert_eq!(asks(&mut world, 0x402, &[0x04, 0x01]), []);
 }
 
-/// A command has a code of 2 bytes and up to 6 of data, and no sequence: each frame is executed.
+/// Given commands with a code of 2 bytes, up to 6 bytes of data, and no sequence, then each frame is executed.
 ///
 /// Verifies: ECSS 9.4.2a, 9.4.2b, 9.4.1a, 9.4.1c
 /// Notices: ECSS 9.4.2b: the prototype exchanges the telemetry of codes 102h and 103h.
@@ -107,7 +107,7 @@ fn commands_are_executed_as_often_as_they_come() {
     for _ in 0..3 {
         assert_eq!(asks(&mut world, 0x302, &command), []);
     }
-    // One without a meaning, and one that is too short.
+    // An unknown command, and one that is too short.
     assert_eq!(asks(&mut world, 0x302, &[0x99, 0x99]), []);
     assert_eq!(asks(&mut world, 0x302, &[0x02]), []);
     let value = only(asks(&mut world, 0x402, &[0x02, 0x01]));
@@ -125,7 +125,7 @@ fn sync_brings_the_local_time_that_181h_has_set() {
     let mut world = powered();
     let (id, data) = only(asks(&mut world, 0x080, &[]));
     assert_eq!((id, data.len()), (0x182, 7));
-    // 120 ms after power-on: a clock that was not set counts from there.
+    // 120 ms after power-on. An unset clock counts from power-on.
     let since_power_on = (units(&data) * 1_000) >> 24;
     assert!((119..=121).contains(&since_power_on), "{since_power_on} ms");
     assert_eq!(asks(&mut world, 0x181, &TIME), []);
@@ -148,7 +148,7 @@ fn time_without_sync_is_that_of_its_frame() {
     // 20 ms, less 48 bits of SYNC instead of more than 100 of the time.
     let later = ((units(&data) - units(&TIME)) * 1_000_000) >> 24;
     assert!((19_850..=20_000).contains(&later), "{later} us");
-    // Six bytes are no time.
+    // Six bytes are not a valid time.
     assert_eq!(asks(&mut world, 0x181, &[0; 6]), []);
     let (_, data) = only(asks(&mut world, 0x080, &[]));
     assert!(units(&data) > units(&TIME), "as before");
@@ -177,7 +177,7 @@ fn time_stamp_object_does_not_set_the_local_time() {
     assert!(prototype.iter().chain(&standard).all(|filter| !filter.admits(stamp)));
 }
 
-/// RPDO 1 is 181h, so that 202h is nobody's: three receive PDOs are left. The fourth is a command and a request in one.
+/// RPDO 1 is 181h, so no node receives 202h, and three receive PDOs are left. The fourth is both command and request.
 ///
 /// Verifies: ECSS 9.4.3a, 9.4.1a, 9.4.3b.1
 #[test]

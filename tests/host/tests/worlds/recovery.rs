@@ -85,13 +85,13 @@ fn cut_healed_while_frames_are_pending_lets_nothing_stale_out() {
         );
         assert_eq!(switches(&world, cut), 1);
         assert!(world.all_operational());
-        // Nobody was pulled back, and the slaves' heartbeats meant for the nominal bus died with their period.
+        // No node changed back, and the slaves' heartbeats for the nominal bus expired with their period.
         let stragglers = [0x702, 0x703].map(|id| since(&world, Bus::Nominal, id, healed).len());
         assert_eq!(stragglers, [0, 0]);
     }
 }
 
-/// A command that waits on a cut wire never arrives later, on whichever bus.
+/// Given a command that is pending on a cut wire, then it never arrives later, on either bus.
 ///
 /// Verifies: ECSS 8.3.3b
 #[test]
@@ -126,7 +126,7 @@ fn a_slave_that_loses_power_is_lost_and_returns() {
     assert_eq!(switches(&world, off), 0);
 }
 
-/// Everybody but the master without power: it stays where it is, and everybody is found again.
+/// Given all slaves without power, then the master stays on its bus, and all slaves are found again.
 #[test]
 fn all_slaves_off_and_on_again() {
     let mut world = running(MIXED, 3);

@@ -1,4 +1,4 @@
-//! Random faults: when all is healed, everybody ends operational on the bus of the master.
+//! Random faults: after the end of all faults, all slaves become Operational on the bus of the master.
 
 use ecss_can::node::MasterRequest;
 use ecss_can::profile::Profile;
@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use crate::random::cases;
 use crate::support::*;
 
-/// Slave 4 never gives up: once it did, it may rightly stay on a bus where no master is.
+/// A profile in which slave 4 never gives up. After giving up, it might stay on a bus without a master.
 const PATIENT: Profile = Profile { ntoggle: 255, selective: &[FOUR], ..STANDARD };
 
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +72,7 @@ proptest! {
         [MASTER, TWO, THREE, FOUR].into_iter().for_each(|node| world.power_on(node));
         world.run_for(ms(6_000));
         prop_assert!(world.all_operational());
-        // And it stays so.
+        // The state is stable.
         let settled = world.now();
         world.run_for(ms(1_000));
         prop_assert!(world.all_operational());

@@ -26,7 +26,7 @@ fn raw(index: u16, sub: u8) -> Field {
     Field::raw(Address::new(index, sub))
 }
 
-/// The domain of a slave, twenty thousand bytes of it.
+/// Returns random contents for the domain of a slave.
 fn seeded(seed: u64) -> Vec<u8> {
     let mut random = fastrand::Rng::with_seed(seed);
     (0..20_000).map(|_| random.u8(..)).collect()
@@ -83,14 +83,14 @@ fn abort_absent_node_and_too_small_buffer_are_typed_errors() {
     );
     let waited = at.since(from);
     assert!(waited >= ms(500) && waited < ms(520), "{} us", waited.as_us());
-    // The absent one was told.
+    // The abort was sent to the absent slave.
     let last = since(&world, Bus::Nominal, 0x604, from).pop().expect("requests");
     assert_eq!(last.frame.payload(), [0x80, 0x18, 0x10, 2, 0, 0, 0x04, 0x05]);
 }
 
 #[test]
 fn a_domain_goes_both_ways_in_every_mode() {
-    // Nodes of these worlds answer in no time: segments leave heartbeats no room.
+    // Nodes of these worlds answer without delay, so segments leave no gap for heartbeats.
     for (seed, mode, len) in [(1, Mode::Auto, 20_000), (2, Mode::Block, 20_000), (3, Mode::Segmented, 2_000)]
     {
         let mut world = running(STANDARD, 2);
@@ -135,7 +135,7 @@ fn a_domain_streams_in_parts() {
     assert!(back == Ok((20_000, data)));
 }
 
-/// Frames of a transfer fill the bus, but for a gap between sub-blocks of 127 segments.
+/// Given a block transfer, then its frames fill the bus except for a gap between sub-blocks of 127 segments.
 ///
 /// Verifies: ECSS 8.3.3a, 8.3.3d
 #[test]
@@ -186,7 +186,7 @@ fn a_dropped_future_aborts_its_transfer_and_frees_the_client() {
     assert_eq!(aborts, [[0x80, 0, 0x63, 0, 0x21, 0, 0, 8]]);
 }
 
-/// Given a transfer, when its future is dropped within a call that has the node, then it is aborted as elsewhere.
+/// Given a transfer, when its future is dropped within a call that holds the node, then it is aborted as otherwise.
 #[test]
 fn a_future_dropped_within_a_step_aborts_its_transfer() {
     let mut world = running(STANDARD, 2);
@@ -224,7 +224,7 @@ fn bus_switch_ends_a_transfer_and_the_next_one_works_there() {
     world.run_for(ms(1_000));
     let (_, outcome) = task.take().expect("it ended");
     assert_eq!(outcome, (Err(Error::BusChanged), Ok(())));
-    // The server is told on the new bus, after that bus was announced.
+    // The abort is sent to the server on the new bus, after that bus was announced.
     let first: Vec<Option<u16>> = world.frames(Bus::Redundant)[..3].iter().map(|sent| sent.id()).collect();
     assert_eq!(first[0], Some(0x701));
     let abort = since(&world, Bus::Redundant, 0x602, from).remove(0);

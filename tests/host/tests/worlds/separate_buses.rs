@@ -10,7 +10,7 @@ use mission::STANDARD;
 
 use crate::support::*;
 
-/// A start command to node 100, which no node is: every slave receives it and obeys nothing.
+/// A start command to node 100, which does not exist: each slave receives and ignores it.
 const TO_NOBODY: [u8; 2] = [1, 100];
 
 /// A network that is busy on the nominal bus, while a foreign node sends on the redundant one every millisecond: a command to a
@@ -60,8 +60,8 @@ fn each_node_receives_from_both_buses_at_the_same_time() {
     assert_eq!(switches(&world, from), 0);
 }
 
-/// Given a busy nominal bus, when the redundant one is shorted for a second, then the controllers of the nominal bus count no error.
-/// Nothing that the nominal bus carries is late.
+/// Given a busy nominal bus, when the redundant one is shorted for a second, then the controllers of the nominal bus
+/// count no error, and no frame there is late.
 ///
 /// Verifies: ECSS 8.2.2a
 #[test]

@@ -27,11 +27,11 @@ const MINIMAL: NodeId = NodeId::of::<5>();
 const SPACECRAFT: Profile =
     Profile { minimal: &[MinimalNode { node: MINIMAL, has_heartbeat: true }], ..STANDARD };
 
-/// Bit 31 of a COB-ID: the PDO is not in use.
+/// Bit 31 of a COB-ID: the PDO is unused.
 const NOT_IN_USE: u32 = 1 << 31;
-/// Bit 30: no remote frame asks for the PDO.
+/// Bit 30: remote frames are not allowed.
 const NO_REMOTE: u32 = 1 << 30;
-/// All other bits: of a PDO with a standard frame they are its CAN-ID.
+/// All other bits: the CAN-ID of a PDO with a standard frame.
 const IDENTIFIER: u32 = !(NOT_IN_USE | NO_REMOTE);
 
 fn entry<D: Objects>(index: u16, sub: u8) -> Option<&'static Entry> {
@@ -53,13 +53,14 @@ fn assert_fixed<D: Objects>(objects: &mut D, index: u16) {
     assert_eq!(number, [2], "{index:04X}h: number of entries");
 }
 
-/// CAN-ID, `None` where the PDO is not in use, and transmission type. Bit 29, which says that the identifier is an extended one, and those
-/// of such identifiers are taken along.
+/// Returns the CAN-ID of each PDO, `None` if it is unused, and its transmission type. Bit 29, which marks extended
+/// identifiers, and the bits of such identifiers are kept.
 fn of(pdos: [FixedPdo; 4]) -> [(Option<u32>, u8); 4] {
     pdos.map(|pdo| ((pdo.cob_id & NOT_IN_USE == 0).then_some(pdo.cob_id & IDENTIFIER), pdo.transmission))
 }
 
-/// The objects of Tables 9-1 and 9-2, without 1006h, which producers of SYNC have, and 1007h, which Table 9-12 forbids.
+/// Asserts the objects of Tables 9-1 and 9-2, without 1006h, which producers of SYNC have, and 1007h, which Table 9-12
+/// forbids.
 fn assert_minimal_set<D: Objects>() {
     for (index, sub) in [(0x1016, 1), (0x1017, 0), (0x1005, 0)] {
         assert!(entry::<D>(index, sub).is_some(), "{index:04X}h");
@@ -103,7 +104,7 @@ fn mappings_of_shipped_images_cannot_be_written() {
     assert_read_only::<PrototypeObjects>();
 }
 
-/// First and last index of what Table 9-12 forbids, and of SDO parameters, which it has for tests alone.
+/// First and last index of objects that Table 9-12 forbids, and of SDO parameters, which it allows only for tests.
 const FORBIDDEN: [(u16, u16); 8] = [
     (0x1007, 0x1007),
     (0x100C, 0x100D),
@@ -115,7 +116,8 @@ const FORBIDDEN: [(u16, u16); 8] = [
     (0x1A04, 0x1BFF),
 ];
 
-/// Given the dictionaries of the shipped images, then no object that Table 9-12 forbids exists. So none is used or has a value of use.
+/// Given the dictionaries of the shipped images, then no object that Table 9-12 forbids exists, and therefore none is
+/// used.
 ///
 /// Verifies: ECSS 9.4.10b, 9.4.10c, 9.4.10d, 9.4.7.3d, 9.4.10e
 /// Notices: ECSS 9.4.10c: a minimal slave offers to store parameters (1010h).
@@ -131,7 +133,7 @@ fn dictionaries_of_shipped_images_have_no_forbidden_object() {
     assert!(entry::<MinimalObjects>(0x1403, 0).is_some() && entry::<PrototypeObjects>(0x1A03, 0).is_some());
 }
 
-/// The shipped device in node 5, alone with a foreign node, at this bit rate. The master was heard.
+/// Returns a world with the shipped device in node 5 and a foreign node, at this bit rate. The master was heard.
 fn alone(kbit: u32) -> World {
     let slave = |_| MinimalSlave::builder(MINIMAL, &SPACECRAFT, MinimalMission::new()).build();
     let application = |slave, events| minimal_application(slave, events, MINIMAL, IndicatorLog::default());
@@ -142,7 +144,7 @@ fn alone(kbit: u32) -> World {
     world
 }
 
-/// What the minimal slave sends within 30 ms of a frame, beside its heartbeat.
+/// Sends a frame, and returns the frames of the minimal slave within 30 ms except its heartbeat.
 fn asked(world: &mut World, id: u16, data: &[u8]) -> Vec<Sent> {
     let from = world.now();
     world.inject(Bus::Nominal, standard(id, data));
@@ -152,8 +154,8 @@ fn asked(world: &mut World, id: u16, data: &[u8]) -> Vec<Sent> {
     frames.filter(|sent| sent.end > from && of_slave(&sent)).collect()
 }
 
-/// Given SDO requests, emergencies, time stamps and a fifth PDO, then the shipped device answers none, and is there as before. It has
-/// no SDO, so its dictionary needs no parameters of one.
+/// Given SDO requests, emergencies, time stamps and a fifth PDO, then the shipped device answers none, and continues as
+/// before. It has no SDO, so its dictionary needs no SDO parameters.
 ///
 /// Verifies: ECSS 9.4.10c, 9.4.10f, 9.4.7.1a, 9.4.7.2a, 9.4.8a
 /// Notices: ECSS 9.4.10f: the slave answers SDO requests with an abort, without 1200h.
@@ -178,8 +180,8 @@ fn shipped_device_has_no_service_of_a_forbidden_object() {
     }
 }
 
-/// Given commands to the shipped device, known and unknown ones, each as CAN may deliver it: twice. Then none is answered, and what they
-/// set was set once.
+/// Given known and unknown commands to the shipped device, each delivered twice, as CAN may do, then none is answered,
+/// and each value is set once.
 ///
 /// Verifies: ECSS 9.4.1c, 9.4.3b, 9.4.2a, 9.4.2b
 /// Notices: ECSS 9.4.1c: a repeated command is echoed by TPDO 3.
@@ -188,7 +190,7 @@ fn shipped_device_has_no_service_of_a_forbidden_object() {
 #[test]
 fn shipped_device_answers_no_command() {
     let mut world = alone(1_000);
-    // Bytes to be kept, none of them, LED on, value 7, an unknown code, a bus; the last byte is the sequence.
+    // Bytes to be kept, no bytes, LED on, value 7, an unknown code, a bus. The last byte is the sequence.
     let commands: [(u16, &[u8]); 6] = [
         (0x205, &[1, 2, 3]),
         (0x205, &[]),
@@ -207,8 +209,8 @@ fn shipped_device_answers_no_command() {
     assert_eq!(executed[0].frame.payload()[..6], [3, 1, 2, 0, 0, 0], "two commands");
 }
 
-/// Given the shipped device with a value set by the second of two commands, when RPDO 2 or 3 requests telemetry, then TPDO 3 has the
-/// register that the request names. The six bytes after the code may be there or not.
+/// Given the shipped device with a value set by the second of two commands, when RPDO 2 or 3 requests telemetry, then
+/// TPDO 3 has the register that the request names. The six bytes after the code are optional.
 ///
 /// Verifies: ECSS 9.4.2b, 9.4.3a, 9.4.3b.1
 /// Notices: ECSS 9.4.3a: a request by RPDO 2 brings no telemetry.
@@ -240,7 +242,8 @@ fn shipped_device_returns_the_register_that_a_request_names() {
     assert!((before..before + 2).contains(&uptime), "{uptime} ms, {before} ms before");
 }
 
-/// Given the shipped device, when a command by RPDO 1 has three, eight or no bytes, then it keeps these, and a request brings all of them.
+/// Given the shipped device, when a command by RPDO 1 has three, eight or no bytes, then it keeps these, and a request reads
+/// all of them.
 ///
 /// Verifies: ECSS 9.4.2a, 9.4.3a
 /// Notices: ECSS 9.4.1a: a command without bytes is not executed.
@@ -324,7 +327,7 @@ fn telemetry_ends_within_the_stated_delay() {
                 world.run_until(ms(begin));
                 world.inject(Bus::Nominal, standard(id, data));
                 if has_neighbour {
-                    // It wins against the telemetry.
+                    // It wins the arbitration against the telemetry.
                     world.inject(Bus::Nominal, standard(0x283, &[0x55; 8]));
                 }
                 world.run_for(ms(60));
@@ -352,7 +355,7 @@ fn telemetry_of_requests_in_a_row_ends_within_the_delay() {
         for (nth, requests) in
             [[(0x405, 0x385), (0x505, 0x485)], [(0x505, 0x485), (0x405, 0x385)]].iter().enumerate()
         {
-            // At each 100 ms the heartbeat is due: the request begins so that it ends there, and a frame later, and far from it.
+            // The heartbeat is due every 100 ms. The request ends at that time, a frame later, or far from it.
             for early_us in
                 [270_000 / u64::from(kbit), 135_000 / u64::from(kbit), 67_000 / u64::from(kbit), 0, 50_000]
             {
@@ -451,12 +454,12 @@ fn cob_ids_of_shipped_images_follow_every_node_id() {
     }
 }
 
-/// Entries of a mapping: the eight bytes of this object.
+/// Returns the entries of a mapping with the eight bytes of this object.
 fn eight_bytes(index: u32) -> Vec<u32> {
     (1..=8).map(|sub| index << 16 | sub << 8 | 8).collect()
 }
 
-/// Entries of a mapping: code (16 bits) and data (48 bits) of this object.
+/// Returns the entries of a mapping with code (16 bits) and data (48 bits) of this object.
 fn code_and_data(index: u32) -> Vec<u32> {
     vec![index << 16 | 0x0110, index << 16 | 0x0230]
 }
@@ -551,8 +554,9 @@ fn reply_to(id: u16, data: &[u8]) -> Option<u16> {
     }
 }
 
-/// Given a network with commands, telemetry, heartbeats and SDO transfers of others, commands to the minimal slave by RPDO 1 and 2 and
-/// requests by RPDO 3 and 4, then each frame of the minimal slave but its heartbeat answers one SYNC or request, once and at once.
+/// Given a network with commands, telemetry, heartbeats and SDO transfers of others, commands to the minimal slave by
+/// RPDO 1 and 2 and requests by RPDO 3 and 4, then each frame of the minimal slave except its heartbeat answers one
+/// SYNC or request, once and without delay.
 ///
 /// Verifies: ECSS 9.4.3b, 9.4.3c, 9.4.1b, 9.4.6.1a
 /// Notices: ECSS 9.4.3c: each telemetry is sent twice.
@@ -607,7 +611,7 @@ fn send(world: &MissionWorld, number: usize, data: &[u8]) -> Result<(), Refusal>
     master.with(|master, now| master.send_to_minimal(MINIMAL, number, data, now))
 }
 
-/// Frames of `sender` with this identifier that ended after `from`, on both buses.
+/// Returns the frames of `sender` with this identifier that ended after `from`, on both buses.
 fn on_both(world: &MissionWorld, sender: NodeId, id: u16, from: Time) -> Vec<(Bus, Sent)> {
     let of = |bus| since(world, bus, id, from).into_iter().map(move |sent| (bus, sent));
     Bus::ALL.into_iter().flat_map(of).filter(|(_, sent)| sent.node == Some(sender)).collect()
@@ -616,8 +620,8 @@ fn on_both(world: &MissionWorld, sender: NodeId, id: u16, from: Time) -> Vec<(Bu
 /// A PDO to the minimal slave: its number from zero, its identifier and data, and the reply: its identifier and first bytes.
 type Case<'a> = (usize, u16, &'a [u8], Option<(u16, &'a [u8])>);
 
-/// Given the shipped master on either bus of a busy network, then each of the four PDOs takes a command or a request to the minimal
-/// slave, on the active bus alone, and brings what it asks for.
+/// Given the shipped master on either bus of a busy network, then each of the four PDOs carries a command or a request
+/// to the minimal slave, on the active bus only, and brings the requested telemetry.
 ///
 /// Verifies: ECSS 9.4.2c, 9.4.3b.1, 9.4.1c, 9.4.3a
 /// Notices: ECSS 9.4.3b.1: a request without data bytes is not answered.

@@ -1,4 +1,4 @@
-//! The application of the slave as it flies, on mock boards.
+//! The application of the slave image, on mock boards.
 
 use can_wire::fault::Fault;
 use ecss_can::nmt::{Command as NmtCommand, Target};
@@ -11,32 +11,32 @@ use mission::{Command, MissionObjects, STANDARD};
 use crate::log_lines;
 use crate::support::*;
 
-/// A frame of the master with this identifier and data, sent by a foreign node; runs for 20 ms.
+/// Sends a frame with an identifier of the master from a foreign node, and runs for 20 ms.
 fn send(world: &mut MissionWorld, id: u16, data: &[u8]) {
     world.inject(Bus::Nominal, standard(id, data));
     world.run_for(ms(20));
 }
 
-/// Sends a telemetry request to slave 2. Data of its answers.
+/// Sends a telemetry request to slave 2, and returns the data of its answers.
 fn ask(world: &mut MissionWorld, data: &[u8]) -> Vec<Vec<u8>> {
     let from = world.now();
     send(world, 0x402, data);
     since(world, Bus::Nominal, 0x382, from).iter().map(|sent| sent.frame.payload().to_vec()).collect()
 }
 
-/// Commands executed and repeats dropped, by telemetry.
+/// Returns the numbers of executed commands and of dropped repeats, from telemetry.
 fn executed(world: &mut MissionWorld) -> (u32, u16) {
     let answers = ask(world, &[0x03, 0x01]);
     let [3, 1, a, b, c, d, low, high] = answers[0][..] else { panic!("{answers:?}") };
     (u32::from_le_bytes([a, b, c, d]), u16::from_le_bytes([low, high]))
 }
 
-/// Warnings that were logged.
+/// Returns the logged warnings.
 fn warnings() -> Vec<String> {
     log_lines::take().into_iter().filter(|line| line.starts_with("WARN")).collect()
 }
 
-/// The result of the self-test that the master starts in a slave.
+/// Starts the self-test of a slave by the master, and returns the result.
 fn self_test(world: &mut MissionWorld, node: NodeId) -> SelfTest {
     let start = Field::raw(Address::new(0x2030, 0));
     let task = world.on_master(|master| async move { master.sdo(node).write_bytes(start, &[1]).await });
@@ -144,7 +144,7 @@ fn only_a_selective_slave_selects_its_bus() {
     }
 }
 
-/// Given each request of the mission, whole or with its code alone, then one answer has its code.
+/// Given each request of the mission, complete or with its code only, then one answer has its code.
 ///
 /// Verifies: ECSS 6.2a
 #[test]
@@ -164,7 +164,8 @@ fn each_request_has_one_answer_with_its_code() {
     assert!(uptime.abs_diff(world.now().as_us() / 1_000) <= 20, "{uptime} ms");
 }
 
-/// Given requests with an unknown code, with a half code, and empty, then the slave answers none of them. It logs the unknown code.
+/// Given requests with an unknown code, with one byte of a code, and empty, then the slave answers none of them. It
+/// logs the unknown code.
 #[test]
 fn unknown_and_short_requests_are_not_answered() {
     let mut world = running(STANDARD, 1);

@@ -50,7 +50,7 @@ fn heartbeats_of_everybody_come_every_period_on_the_active_bus() {
     for id in 0x701..=0x704 {
         let frames = between(&world, Bus::Nominal, id, ms(1_000), ms(3_000));
         assert_eq!(frames.len(), 20, "{id:03X}");
-        // Waiting for other frames moves the end by less than a millisecond.
+        // Other frames delay the end by less than a millisecond.
         assert!(
             periods_us(&frames).iter().all(|us| us.abs_diff(100_000) < 1_000),
             "{:?}",
@@ -60,7 +60,7 @@ fn heartbeats_of_everybody_come_every_period_on_the_active_bus() {
     assert_eq!(world.frames(Bus::Redundant), []);
 }
 
-/// Given slaves at work. When a node that is none of ours stops all of them, then the master starts them again.
+/// Given running slaves, when a foreign node stops all of them, then the master starts them again.
 ///
 /// Verifies: ECSS 6.5.1a.1, 6.5.1a.2
 #[test]
@@ -129,8 +129,8 @@ fn boot_up_message_of_the_master_wins_arbitration() {
     assert_eq!(order, expected.map(|(id, node)| (Some(id), Some(node))));
 }
 
-/// Given slaves at work, when the master resets all of them (node 0), then each boots up once and is started again. Reset node restarts
-/// the clock of each, Reset communication of none. The master goes on.
+/// Given running slaves, when the master resets all of them (node 0), then each boots up once and is started again.
+/// Reset node restarts the clock of each, Reset communication of none. The master continues.
 ///
 /// Verifies: ECSS 6.5.1a.4, 6.5.1a.5, 6.5.3a
 /// Notices: ECSS 6.5.1a.4: a slave ignores Reset node for all nodes.

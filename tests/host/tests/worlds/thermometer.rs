@@ -1,4 +1,4 @@
-//! The thermometer of `firmware/examples` with its master: a device that is none of the demonstration mission's.
+//! The thermometer of `firmware/examples` with its master. The device is not part of the demonstration mission.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -23,10 +23,10 @@ type Node = Slave<Thermometer<Vec<u8>>>;
 const AT_25_DEGREES: i16 = 0x1900;
 const ABOVE_85_DEGREES: i16 = 0x5520;
 
-/// The board of the thermometer, in the hands of the test.
+/// The board of the thermometer, controlled by the test.
 #[derive(Clone, Default)]
 struct Sensor {
-    /// What the sensor answers.
+    /// Register value that the sensor returns.
     register: Rc<Cell<Option<i16>>>,
     /// Highest temperature after each command.
     commanded: Rc<RefCell<Vec<i16>>>,
@@ -84,7 +84,7 @@ fn running() -> (World, Sensor) {
     (world, sensor)
 }
 
-/// What the master heard last by PDO.
+/// Returns the last values that the master received by PDO.
 fn known(world: &World) -> Change {
     let change = |event: &NodeEvent| match event {
         NodeEvent::Master(MasterEvent::Pdo(pdo)) => pdo.get(<Thermometer>::CHANGE.of(THERMOMETER)),
@@ -93,7 +93,7 @@ fn known(world: &World) -> Change {
     world.log_of(NodeId::MASTER).iter().rev().find_map(|(_, event)| change(event)).expect("a change")
 }
 
-/// When the active bus is cut the measurement goes on over the other one.
+/// Given an active bus that is cut, then measurements continue over the other one.
 ///
 /// Verifies: ECSS 6.2a, 8.3.3b
 #[test]
@@ -109,7 +109,7 @@ fn a_change_reaches_the_master_before_and_after_a_cut() {
     assert_eq!(known(&world), Change { temperature: 851, alarm: Alarm::Above });
 }
 
-/// The master hears by PDO that there is no temperature.
+/// Given a sensor that does not answer, then the master learns by PDO that there is no temperature.
 ///
 /// Verifies: ECSS 6.2a
 #[test]
@@ -123,7 +123,7 @@ fn a_silent_sensor_reaches_the_master_as_such() {
     assert_eq!(known(&world), Change { temperature: 250, alarm: Alarm::Within });
 }
 
-/// The master writes the table over noisy wires and saves it.
+/// Given noisy wires, when the master writes the table and saves it, then the table survives a loss of power.
 ///
 /// Verifies: ECSS 6.1a
 #[test]
@@ -149,7 +149,7 @@ fn the_table_survives_noise_and_a_loss_of_power() {
     assert_eq!(known(&world).temperature, 259);
 }
 
-/// Emergencies of the thermometer on the nominal bus: their error codes.
+/// Returns the error codes of emergencies of the thermometer on the nominal bus.
 fn emergencies(world: &World) -> Vec<u16> {
     let frames = world.frames(Bus::Nominal).iter().filter(|sent| sent.id() == Some(0x083));
     frames.map(|sent| u16::from_le_bytes([sent.frame.payload()[0], sent.frame.payload()[1]])).collect()

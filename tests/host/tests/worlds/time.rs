@@ -16,7 +16,7 @@ use mission::{LIBRECUBE, Received, STANDARD};
 
 use crate::support::*;
 
-/// Seconds that seven octets say: fine time u24, coarse time u32, little-endian (ECSS Figure 7-1).
+/// Returns the seconds in seven octets: fine time u24, coarse time u32, little-endian (ECSS Figure 7-1).
 fn seconds(octets: &[u8]) -> f64 {
     assert_eq!(octets.len(), 7);
     let fine = u32::from_le_bytes([octets[0], octets[1], octets[2], 0]);
@@ -28,7 +28,7 @@ fn seconds_of(sent: &Sent) -> f64 {
     seconds(sent.frame.payload())
 }
 
-/// The frame of `id` that follows `sent`.
+/// Returns the frame of `id` that follows `after`.
 fn next(world: &World, id: u16, after: &Sent) -> Sent {
     since(world, Bus::Nominal, id, after.end).into_iter().next().expect("an answer to the SYNC")
 }
@@ -123,7 +123,7 @@ fn each_slave_sends_one_local_time_pdo_with_each_sync() {
 /// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k, 7.2.3i
 #[test]
 fn local_time_is_the_slaves_time_at_the_end_of_the_sync() {
-    // Nobody sets the clocks in the first second; they began at zero with the power.
+    // No node sets the clocks in the first second. They start at zero at power-on.
     let mut world =
         MissionWorld::of(STANDARD, 2, |world| world.powered_at(TWO, ms(7)).powered_at(THREE, ms(13)));
     world.run_until(ms(900));
@@ -145,7 +145,7 @@ fn spacecraft_time_reaches_every_slave() {
     world.run_for(ms(50));
     let set_at = world.now();
     world.request(MasterRequest::SetTime(Scet::new(1_000_000, 1 << 23).expect("half a second")));
-    // The third time moves the clocks of the slaves; the SYNC after it shows.
+    // The third time changes the clocks of the slaves, which the SYNC after it shows.
     world.run_for(ms(3_150));
     // The value is the master's time at the end of the SYNC before it.
     let distributed = since(&world, Bus::Nominal, 0x181, set_at);
@@ -166,7 +166,7 @@ fn spacecraft_time_reaches_every_slave() {
             assert!((seconds_of(answer) - truth).abs() < 0.001, "{id:03X}");
         }
     }
-    // The master compares them itself: within a millisecond of its own time at the last SYNC.
+    // The master compares the clocks: each is within a millisecond of its own time at the last SYNC.
     let reference = world.master(|master| master.scet_at_sync()).expect("there was a SYNC");
     let last_sync = since(&world, Bus::Nominal, 0x080, set_at).pop().expect("SYNC every 100 ms");
     let compared: Vec<i64> = master_told(&world, last_sync.end)
@@ -199,7 +199,7 @@ fn clocks_100_ppm_apart_are_steered_to_one_time() {
         // Without steering it would be 90 us by now, and 3 ms in all.
         assert!(off.abs() <= 2, "{id:03X} is off by {off} us");
     }
-    // And each was set once.
+    // Each clock was set once.
     for node in [TWO, THREE] {
         let steps = told(&world, node, ms(0), |event| matches!(event, SlaveEvent::Step(_)));
         assert_eq!(steps.len(), 1, "{steps:?}");
@@ -218,9 +218,8 @@ fn a_master_100_ppm_off_makes_its_periods_so_much_longer() {
     assert!((span - 100.010_001).abs() < 500e-6, "{span}");
 }
 
-/// Given a slave that is told a delay of 10 us, and a master that is told one of 3 us
-/// When the cable is measured
-/// Then it is as long as it is, to the microsecond by which stamps of interrupts are.
+/// Given a slave configured with a delay of 10 us, and a master with one of 3 us When the cable is measured Then the
+/// result is the true delay, with the microsecond resolution of interrupt stamps.
 #[test]
 fn a_cable_is_as_long_as_it_is_whatever_delays_are_configured() {
     let mut world = running(STANDARD, 2);

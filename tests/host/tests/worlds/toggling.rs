@@ -10,7 +10,7 @@ use ecss_can::types::{Bus, NmtState};
 
 use crate::support::*;
 
-/// Two slaves that wait for a master that comes at `master`.
+/// Returns a world with slaves that wait for a master, which is powered at `master`.
 fn waiting(profile: Profile, slaves: u8, master: Time) -> MissionWorld {
     MissionWorld::of(profile, slaves, |world| world.powered_at(MASTER, master))
 }
@@ -38,7 +38,7 @@ fn after_even_number_of_switches_slave_stays_on_default_bus() {
             assert_eq!(world.active(node), Some(bdefault));
             assert_eq!(world.state(node), Some(NmtState::PreOperational));
         }
-        // They go on telling that they live, there and nowhere else.
+        // They continue to send heartbeats there, and on no other bus.
         assert!(!since(&world, bdefault, 0x704, ms(19_000)).is_empty());
         assert!(world.frames(bdefault.other()).iter().all(|sent| sent.end < ms(2_100)));
     }
@@ -64,7 +64,7 @@ fn late_master_after_odd_switches_is_found_by_slaves_hearing_it() {
         (world.active(FOUR), world.state(FOUR)),
         (Some(Bus::Redundant), Some(NmtState::PreOperational))
     );
-    // A message there makes it active: that of a foreign node who speaks as the master does.
+    // A message there makes it active: that of a foreign node with an identifier of the master.
     world.inject(Bus::Redundant, standard(0x701, &[0x05]));
     world.run_for(ms(10));
     told_once(&world, FOUR, ms(6_000), changed_bus(Bus::Redundant, BusCause::Found));
@@ -79,7 +79,7 @@ fn start_command_on_other_bus_ends_the_search_and_is_obeyed() {
     world.run_for(ms(10));
     told_once(&world, TWO, ms(300), changed_bus(Bus::Redundant, BusCause::Found));
     assert_eq!(world.state(TWO), Some(NmtState::Operational));
-    // The command addressed slave 2; slave 3 heard it all the same, slave 4 is on the other bus.
+    // The command was for slave 2. Slave 3 received it too, and slave 4 is on the other bus.
     assert_eq!(
         (world.active(THREE), world.state(THREE)),
         (Some(Bus::Redundant), Some(NmtState::PreOperational))
@@ -87,7 +87,7 @@ fn start_command_on_other_bus_ends_the_search_and_is_obeyed() {
     assert_eq!(world.active(FOUR), Some(Bus::Nominal));
 }
 
-/// A malformed NMT message is none.
+/// Given a malformed NMT message on the other bus, then the search continues.
 #[test]
 fn a_malformed_message_on_the_other_bus_does_not_end_the_search() {
     let mut world = waiting(MIXED, 3, ms(60_000));
@@ -139,7 +139,8 @@ fn a_lost_master_is_searched_on_both_buses_in_turn() {
     }
 }
 
-/// A heartbeat that comes back after the first miss and before the switch: the slave stays, and is started.
+/// Given a heartbeat that returns after the first miss and before the switch, then the slave stays on the bus and is
+/// started.
 ///
 /// Verifies: ECSS 8.3.3e.1, 8.3.3f, 8.3.3c
 #[test]

@@ -1,4 +1,4 @@
-//! An active master yields at every step of its boot-up process, and takes over again.
+//! An active master yields at each step of its boot-up process, and takes over again.
 //!
 //! Two master boards; slave 2 is assigned and configured, slave 3 is asked for its device type alone.
 //!
@@ -23,11 +23,11 @@ use crate::support::*;
 const PRIME: NodeKey = NodeKey::MASTER;
 const SECOND: NodeKey = NodeKey::SECOND_MASTER;
 
-/// Longer than 28 bytes: it moves in blocks.
+/// Longer than 28 bytes, so it is transferred in blocks.
 const TEXT: &[u8] = b"more text than one frame holds";
 
-/// Real time in which one flight ends, of which it needs less than a hundredth. A loop of a node that goes round for ever takes no
-/// virtual time: no test of the world sees its end.
+/// Real time in which one flight ends, of which it needs less than a hundredth. An endless loop in a node takes no
+/// virtual time, so a test of the world would not detect it.
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(60);
 
 /// Transfers of all kinds: expedited, in segments, in blocks.
@@ -57,9 +57,9 @@ const REFUSED: Profile = Profile {
 #[derive(Clone, Copy, Debug)]
 struct Flight {
     is_refused: bool,
-    /// When prime yields.
+    /// Time at which prime yields.
     yields: Time,
-    /// Somebody stops slave 2 before: it is heard, and does not answer.
+    /// Time at which a foreign node stops slave 2, which is then heard and does not answer.
     stopped: Option<Time>,
 }
 
@@ -74,8 +74,8 @@ fn flying(is_refused: bool, stopped: Option<Time>, until: Time) -> MissionWorld 
     world
 }
 
-/// Prime yields, the second board takes over and yields, slave 2 loses its configuration, and prime takes over again. Returns what
-/// is wrong then.
+/// Prime yields, the second board takes over and yields, slave 2 loses its configuration, and prime takes over again.
+/// Returns a description of the failure.
 fn fly(flight: Flight) -> Result<(), String> {
     let mut world = flying(flight.is_refused, flight.stopped, flight.yields);
     world.request(MasterRequest::StandBy);
@@ -124,13 +124,13 @@ fn sdo(world: &World, until: Time) -> impl Iterator<Item = &Sent> {
     frames.filter(move |sent| sent.end < until && sent.id().is_some_and(is_sdo))
 }
 
-/// Before a frame, in it, at its end and behind it.
+/// Returns times before, in, at the end of and after a frame.
 fn around(frame: &Sent) -> [Time; 5] {
     let middle = Time::from_us((frame.start.as_us() + frame.end.as_us()) / 2);
     [Time::from_us(frame.start.as_us() - 20), frame.start, middle, frame.end, frame.end + Time::from_us(5)]
 }
 
-/// Instant at which slave 2 was started, in a flight without a fault.
+/// Returns the instant at which slave 2 was started, in a flight without a fault.
 fn started(world: &World) -> Time {
     told(world, TWO, Time::ZERO, entered(NmtState::Operational))[0]
 }

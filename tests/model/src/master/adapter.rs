@@ -10,11 +10,11 @@ use super::errors::Known;
 use crate::profile::LIFETIME;
 use crate::station::Station;
 
-/// Controllers of a lone transmitter.
+/// State of controllers of a lone transmitter.
 const ALONE: Health = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
 
 impl Master {
-    /// A frame of another node.
+    /// Handles a frame of another node.
     pub(super) fn take(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         if frame.id() == CobId::SYNC {
             let action = self.redundancy.on_sync_or_time(bus, now, now);

@@ -1,4 +1,4 @@
-//! The application of the master of the model: it asks for a bus, and stops a slave for a while.
+//! The application of the master of the model: it requests a bus, and stops a slave temporarily.
 
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::types::{Bus, Instant, NodeId};
@@ -8,7 +8,7 @@ use crate::profile::BREAK;
 use crate::station::Station;
 
 impl Master {
-    /// Asks for this bus.
+    /// Requests this bus.
     pub fn request(&mut self, bus: Bus, now: Instant) {
         self.redundancy.request(bus);
         self.poll(now);

@@ -10,12 +10,12 @@ pub struct BootProcess {
 }
 
 impl BootProcess {
-    /// Of a master before power-on: no slave is checked. Without `is_used` none has to be.
+    /// Makes the process of a master before power-on: no slave is checked. Without `is_used` no check is needed.
     pub fn new(is_used: bool) -> Self {
         BootProcess { is_used, unchecked: if is_used { u8::MAX } else { 0 } }
     }
 
-    /// Takes a heartbeat. `has_returned`: the slave was lost before. Returns whether the slave may start.
+    /// Handles a heartbeat. `has_returned`: the slave was lost before. Returns whether the slave may start.
     pub fn may_start(&mut self, node: NodeId, state: NmtState, has_returned: bool) -> bool {
         if self.is_used && (state == NmtState::Initialising || has_returned) {
             self.unchecked |= bit(node);
@@ -23,12 +23,12 @@ impl BootProcess {
         self.unchecked & bit(node) == 0
     }
 
-    /// Whether to ask a slave that is in this state.
+    /// Returns whether to ask a slave in this state.
     pub fn asks(&self, node: NodeId, state: NmtState) -> bool {
         self.unchecked & bit(node) != 0 && state.allows_sdo()
     }
 
-    /// A slave answered.
+    /// Handles an answer of a slave.
     pub fn on_answer(&mut self, node: NodeId) {
         self.unchecked &= !bit(node);
     }

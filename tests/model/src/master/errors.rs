@@ -1,5 +1,5 @@
-//! What a master of the model knows of its slaves: it follows their emergencies and values, and reads the errors that it may
-//! not have heard, by the machines that fly.
+//! Knowledge of a master of the model about its slaves. It follows their emergencies and values, and reads errors that
+//! it may have missed, with the machines of the firmware.
 
 use ecss_can::emcy::machine::{ActiveErrors, ErrorReader, ReadOutcome};
 use ecss_can::emcy::{ActiveError, Emergency};
@@ -16,7 +16,7 @@ use crate::what::{ERROR, SOURCE, What, value_id};
 /// Time for an answer.
 const TIMEOUT: Duration = PARAMETERS.producer;
 
-/// What is known of the slave that reports.
+/// Knowledge about the reporting slave.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Known {
     node: NodeId,
@@ -24,35 +24,35 @@ pub struct Known {
     defect: Option<Defect>,
     errors: ActiveErrors,
     reader: ErrorReader,
-    /// An answer is awaited until then.
+    /// Instant until which an answer is awaited.
     asked: Option<Instant>,
     has_changed: bool,
 }
 
 impl Known {
-    /// Of a master at power-on.
+    /// Makes the knowledge of a master at power-on.
     pub fn new(node: NodeId, what: What, defect: Option<Defect>) -> Known {
         let (errors, reader) = (ActiveErrors::default(), ErrorReader::new(NO_ROUNDS));
         Known { node, what, defect, errors, reader, asked: None, has_changed: false }
     }
 
-    /// The same before power-on.
+    /// Returns this knowledge before power-on.
     pub fn restarted(&self) -> Known {
         Known::new(self.node, self.what, self.defect)
     }
 
-    /// The slave that reports.
+    /// Returns the reporting slave.
     pub fn node(&self) -> NodeId {
         self.node
     }
 
-    /// The active errors are the one of the slave, or none; and the value.
+    /// Returns whether the active errors and the value are those of the slave.
     pub fn knows(&self, is_wrong: bool, has_changed: bool) -> bool {
         let error = ActiveError { node: self.node, code: ERROR, source: SOURCE };
         self.errors.iter().eq(is_wrong.then_some(error)) && self.has_changed == has_changed
     }
 
-    /// The bus changed, or the board took over.
+    /// Restarts after a change of the bus or a takeover.
     pub fn restart(&mut self) {
         self.asked = None;
         self.reader.restart();
@@ -74,12 +74,12 @@ impl Canonical for Known {
 }
 
 impl Master {
-    /// What it knows of the slave that reports, if there is one.
+    /// Returns its knowledge about the reporting slave, if there is one.
     pub fn known(&self) -> Option<&Known> {
         self.known.as_ref()
     }
 
-    /// A heartbeat on the active bus.
+    /// Handles a heartbeat on the active bus.
     pub(super) fn is_heard(&mut self, node: NodeId, state: NmtState, has_changed: bool, now: Instant) {
         if let Some(known) = &mut self.known
             && known.what == What::Error
@@ -91,17 +91,17 @@ impl Master {
         }
     }
 
-    /// The slave that reports is asked when it is heard next.
+    /// Asks the reporting slave at its next heartbeat.
     pub fn ask_anew(&mut self) {
         self.known.iter_mut().for_each(|known| known.reader.lose(known.node));
     }
 
-    /// A slave is lost.
+    /// Handles the loss of a slave.
     pub(super) fn lose(&mut self, node: NodeId) {
         self.known.iter_mut().for_each(|known| known.reader.lose(node));
     }
 
-    /// A frame of which the redundancy has no use. A standby follows emergencies on either bus.
+    /// Handles a frame that the redundancy does not use. A standby follows emergencies on either bus.
     pub(super) fn follow(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         let (is_active, is_here) = (self.is_active(), bus == self.active());
         let Some(known) = &mut self.known else { return };
@@ -119,7 +119,7 @@ impl Master {
         }
     }
 
-    /// An answer to a question of this master.
+    /// Handles an answer to a question of this master.
     pub(super) fn take_answer(&mut self, frame: &Frame, now: Instant) {
         if let Some(known) = &mut self.known
             && known.asked.is_some()
@@ -129,7 +129,7 @@ impl Master {
         }
     }
 
-    /// Asks what is due.
+    /// Sends the questions that are due.
     pub(super) fn read_errors(&mut self, now: Instant) {
         let bus = self.active();
         let peers = self.redundancy.peers();

@@ -26,17 +26,17 @@ pub struct Node {
     pub stored: Bus,
     /// Memory that outlives a reset.
     pub retained: [u32; 2],
-    /// Its chip is to be reset.
+    /// Whether its chip is to be reset.
     pub waits_for_reset: bool,
-    /// When the silence by its budget ends.
+    /// End of the silence by its budget.
     pub silence: Option<Instant>,
-    /// An EMCY is to be sent.
+    /// Whether an EMCY is to be sent.
     pub is_warning: bool,
-    /// It gave up its search and stays where it is.
+    /// Whether it gave up its search and stays on its bus.
     pub has_given_up: bool,
-    /// Bdefault changed for no reason that the standard knows.
+    /// Whether Bdefault changed without a reason in the standard.
     pub has_wrong_bdefault: bool,
-    /// What its application reports.
+    /// Reports of its application.
     pub reports: Option<Reports>,
 }
 

@@ -15,7 +15,7 @@ impl Slave {
         self.poll(now);
     }
 
-    /// Is silenced by its budget until a [`BREAK`] is over.
+    /// Silences the slave by its budget until a [`BREAK`] is over.
     pub fn silence(&mut self, now: Instant) {
         self.node.silence = Some(now + BREAK);
         self.decide(now, |redundancy, step| redundancy.silence(step));

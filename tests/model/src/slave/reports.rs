@@ -1,4 +1,4 @@
-//! What the application of a slave reports: one error by the producer that flies, and one value.
+//! Reports of a slave's application: one error by the producer of the firmware, and one value.
 
 use ecss_can::emcy::machine::{Config, Producer};
 use ecss_can::types::{
@@ -10,45 +10,45 @@ use crate::defect::Defect;
 use crate::station::Station;
 use crate::what::{ERROR, SOURCE, What, value_id};
 
-/// From a frame of the value that was not sent to the next one.
+/// Time from an unsent frame of the value to the next one.
 const RETRY: Duration = Duration::from_millis(50);
 
-/// From an overrun to the announcement: a receiver that is too slow loses many frames.
+/// Time from an overrun to the announcement. A receiver that is too slow loses many frames.
 const AFTER_OVERRUN: Duration = Duration::from_millis(1_000);
 
 /// Error and value of a slave.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Reports {
-    /// Error or value.
+    /// Whether it is the error or the value.
     pub what: What,
     emcy: Producer,
-    /// The application has the error.
+    /// Whether the error is active.
     pub is_wrong: bool,
-    /// The value: it changes once.
+    /// Whether the value has changed. It changes once.
     pub has_changed: bool,
-    /// When the value is sent.
+    /// Instant at which the value is sent.
     due: Option<Instant>,
 }
 
 impl Reports {
-    /// Of a slave at power-on.
+    /// Makes the reports of a slave at power-on.
     pub fn new(id: NodeId, what: What) -> Reports {
         let emcy = Producer::new(Config { id: Some(CobId::emcy(id)), inhibit: Duration::ZERO });
         Reports { what, emcy, is_wrong: false, has_changed: false, due: None }
     }
 
-    /// The NMT state changed.
+    /// Handles a change of the NMT state.
     pub fn enter(&mut self, state: NmtState, now: Instant) {
         self.due = self.is_sent(state).then_some(now);
     }
 
-    /// The slave found or followed the master, or the master booted.
+    /// Announces the reports when the slave found or followed the master, or the master booted.
     pub fn announce(&mut self, state: NmtState, now: Instant) {
         self.emcy.on_bus_changed();
         self.send_state(state, now);
     }
 
-    /// Whether the value is sent in this state.
+    /// Returns whether the value is sent in this state.
     fn is_sent(&self, state: NmtState) -> bool {
         self.what == What::Value && state == NmtState::Operational
     }
@@ -59,22 +59,22 @@ impl Reports {
         }
     }
 
-    /// The bus was left.
+    /// Handles a change of the bus.
     pub fn leave(&mut self) {
         self.emcy.recall(Instant::ZERO);
     }
 
-    /// A heartbeat of the master was received.
+    /// Handles a heartbeat of the master.
     pub fn confirm(&mut self) {
         self.emcy.confirm();
     }
 
-    /// The communication is reset.
+    /// Resets the communication.
     pub fn restart(&mut self) {
         self.emcy.restart();
     }
 
-    /// Object that the master reads.
+    /// Returns the value of an object that the master reads.
     fn read(&self, object: Address) -> u32 {
         match object.index {
             0x1001 => self.emcy.register().bits().into(),
@@ -94,12 +94,12 @@ impl Canonical for Reports {
 }
 
 impl Slave {
-    /// What its application reports, if it does.
+    /// Returns the reports of its application, if there are any.
     pub fn reports(&self) -> Option<&Reports> {
         self.node.reports.as_ref()
     }
 
-    /// The error appears or is gone.
+    /// Starts or ends the error.
     pub fn turn_wrong(&mut self, is_wrong: bool, now: Instant) {
         let Some(reports) = &mut self.node.reports else { return };
         reports.is_wrong = is_wrong;
@@ -111,7 +111,7 @@ impl Slave {
         self.poll(now);
     }
 
-    /// The value changes.
+    /// Changes the value.
     pub fn change(&mut self, now: Instant) {
         let is_operational = self.state() == NmtState::Operational;
         let Some(reports) = &mut self.node.reports else { return };
@@ -122,7 +122,7 @@ impl Slave {
         self.poll(now);
     }
 
-    /// The event timer of the value has expired.
+    /// Sends the value again when its event timer has expired.
     pub fn repeat_value(&mut self, now: Instant) {
         let state = self.state();
         self.node.reports.iter_mut().for_each(|reports| reports.send_state(state, now));
@@ -141,13 +141,13 @@ impl Slave {
         }
     }
 
-    /// When something of it is due.
+    /// Returns the deadline of the reports.
     pub(super) fn reports_deadline(&self) -> Option<Instant> {
         let reports = self.node.reports.as_ref()?;
         earliest(&[reports.emcy.deadline(self.node.control.reporting_state()), reports.due])
     }
 
-    /// A frame was acknowledged, or not sent in its lifetime.
+    /// Handles a frame that was acknowledged or has expired.
     pub(super) fn report_ended(&mut self, bus: Bus, frame: &Frame, is_acknowledged: bool, now: Instant) {
         if bus != self.active() {
             return;
@@ -160,7 +160,7 @@ impl Slave {
         }
     }
 
-    /// A heartbeat or boot-up message of the master was received on the active bus.
+    /// Handles a heartbeat or boot-up message of the master on the active bus.
     pub(super) fn hear_master(&mut self, is_boot_up: bool, now: Instant) {
         let (state, is_announced) = (self.state(), self.defect != Some(Defect::NeverAnnounces));
         match &mut self.node.reports {
@@ -170,7 +170,7 @@ impl Slave {
         }
     }
 
-    /// The frame that was lost may have been the boot-up message of the master.
+    /// Announces the reports after an overrun, because the lost frame may have been the boot-up message of the master.
     pub(super) fn announce_after_overrun(&mut self, bus: Bus, now: Instant) {
         let (state, is_here) = (self.state(), bus == self.active());
         if let Some(reports) = self.node.reports.as_mut().filter(|_| is_here) {
@@ -178,7 +178,7 @@ impl Slave {
         }
     }
 
-    /// The answer to a question of the master: for who it is, it has no data.
+    /// Returns the answer to a question of the master. An identification has no data.
     pub(super) fn answer(&self, question: &Frame) -> Frame {
         let id = CobId::sdo_response(self.id);
         match (question.data(), &self.node.reports) {

@@ -1,4 +1,4 @@
-//! Who is there.
+//! Nodes of a world.
 
 use ecss_can::redundancy::Strap;
 
@@ -6,22 +6,24 @@ use super::SLAVES;
 use crate::master::Master;
 use crate::what::What;
 
-/// Who is there beside the two slaves.
+/// Nodes in addition to the two slaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Crew {
     /// A master without a standby.
     OneMaster,
-    /// The same, with what is around: a boot process that checks a slave by SDO before it starts it, controllers of the master that go
-    /// bus-off, applications, and budgets.
+    /// A master without a standby, with its surroundings: a boot process that checks a slave by SDO before its start,
+    /// controllers of the master that go bus-off, applications, and budgets.
     OneMasterInUse,
-    /// One master, and no slave is assigned: it learns who its slaves are, and one of them alone does not move it, but for a try.
-    /// Faults happen after it has asked both slaves, and none resets it: it would not know a slave that it cannot hear.
+    /// One master without assigned slaves. It learns its slaves, and one silent slave causes only a try of the other
+    /// bus. Faults occur after it has identified both slaves, and no fault resets it, because it would not know a slave
+    /// that it cannot hear.
     OneMasterUnassigned,
-    /// Two master boards. Their clocks differ: of equal frames that both send, each hears that of the other one.
+    /// Two master boards with different clocks: each receives an equal frame of the other one.
     TwoMasters,
     /// Two master boards with equal clocks: equal frames of the same moment are one frame on the wire, and neither hears it.
     TwoMastersInStep,
-    /// The same, and no slave is assigned, as with [`Crew::OneMasterUnassigned`]. Masters forget their slaves when they are reset.
+    /// Two master boards without assigned slaves, as with [`Crew::OneMasterUnassigned`]. Masters forget their slaves
+    /// when they are reset.
     TwoMastersUnassigned,
     /// A master and one slave, whose application reports an error and a value at any moment.
     OneMasterWithReports,
@@ -29,26 +31,26 @@ pub enum Crew {
     TwoMastersWithReports,
 }
 
-/// The slave that reports, and what is around it.
+/// The reporting slave and its surroundings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Reporter {
     /// Place of the slave: one has parallel access, one selective access.
     pub place: usize,
-    /// What it reports.
+    /// Kind of its report.
     pub what: What,
-    /// Another node acknowledges on both buses, also where no master hears the slave.
+    /// Whether another node acknowledges on both buses, even if no master receives the frames.
     pub has_witness: bool,
 }
 
 impl Reporter {
-    /// Place of the slave that is not there.
+    /// Returns the place of the absent slave.
     pub(super) fn absent(self) -> usize {
         SLAVES[usize::from(self.place == SLAVES[0])]
     }
 }
 
 impl Crew {
-    /// All of them.
+    /// All crews.
     pub const ALL: [Crew; 8] = [
         Crew::OneMaster,
         Crew::OneMasterInUse,
@@ -60,7 +62,7 @@ impl Crew {
         Crew::TwoMastersWithReports,
     ];
 
-    /// Masters before power-on.
+    /// Returns the masters before power-on.
     pub(super) fn masters(self) -> Vec<Master> {
         let straps = match self {
             Crew::OneMaster
@@ -73,7 +75,7 @@ impl Crew {
         straps.into_iter().map(|strap| Master::new(strap, is_assigned, has_boot)).collect()
     }
 
-    /// Each slave that may be the one that reports. Without reports `None`.
+    /// Returns each slave that may report. Without reports `None`.
     pub fn reporters(self) -> Vec<Option<Reporter>> {
         if !matches!(self, Crew::OneMasterWithReports | Crew::TwoMastersWithReports) {
             return vec![None];
@@ -86,7 +88,7 @@ impl Crew {
         all
     }
 
-    /// Whether masters have a list of their slaves.
+    /// Returns whether masters have a list of their slaves.
     pub(super) fn is_assigned(self) -> bool {
         !matches!(self, Crew::OneMasterUnassigned | Crew::TwoMastersUnassigned)
     }

@@ -1,11 +1,11 @@
-//! What can happen between two moments, and what of it can happen now.
+//! Events between two ticks, and those that are possible now.
 
 use ecss_can::nmt::Command;
 use ecss_can::types::{Bus, Instant};
 
 use super::{MASTERS, SLAVES, World, loss};
 
-/// What a foreign master commands.
+/// Commands of a foreign master.
 const COMMANDS: [Command; 5] = [
     Command::Start,
     Command::Stop,
@@ -14,16 +14,16 @@ const COMMANDS: [Command; 5] = [
     Command::ResetCommunication,
 ];
 
-/// What happens between two moments.
+/// An event between two ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fault {
     /// A node is cut from a bus, at its stub. In a line of three nodes every cut of a segment separates one node, too.
     Cut(Bus, usize),
-    /// The stub is mended, and its controller on the bus again.
+    /// The stub is repaired, and its controller on the bus again.
     Restore(Bus, usize),
     /// The controller of the master is bus-off too often: the bus is failed for it.
     BusOff(Bus),
-    /// The application of the master asks for a bus.
+    /// The application of the master requests a bus.
     Request(Bus),
     /// The application of the master stops a slave for a while.
     Hold(usize),
@@ -37,11 +37,11 @@ pub enum Fault {
     Reset(usize),
     /// A node loses its power.
     Off(usize),
-    /// It has power again.
+    /// A node has power again.
     On(usize),
     /// The next frame of this kind that arrives at a node is lost there.
     Lose(usize, Kind),
-    /// A node that is none of ours sends this frame on a bus.
+    /// A foreign node sends this frame on a bus.
     Foreign(Bus, Message),
 }
 
@@ -54,22 +54,22 @@ pub enum Kind {
     Command,
 }
 
-/// Frames of one of ours that somebody else sends.
+/// Frames of a node of the spacecraft that a foreign node sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Message {
     /// Heartbeat of the master.
     Heartbeat,
-    /// Heartbeat of the slave with parallel access: another node with its Node-ID.
+    /// Heartbeat of another node with the Node-ID of the slave with parallel access.
     OfSlave,
-    /// The same half a tick later: no heartbeat of that slave crosses it.
+    /// The same heartbeat half a tick later, so that no heartbeat of that slave collides with it.
     OfSlaveLater,
     /// A module control command to all slaves.
     Command(Command),
 }
 
 impl World {
-    /// Every fault that can happen `now`. With reports and without rounds, a stub of a master is cut at least as long as it takes a
-    /// slave to miss the master: what a shorter jolt loses, only rounds find.
+    /// Adds every fault that is possible `now`. With reports and without rounds, a master's stub stays cut at least
+    /// until a slave misses the master, because losses by a shorter jolt are found only by rounds.
     pub fn faults(&self, now: Instant, faults: &mut Vec<Fault>) {
         for bus in Bus::ALL {
             for place in self.places() {
@@ -82,12 +82,12 @@ impl World {
             if self.is_in_use {
                 self.events_of_use(bus, faults);
             }
-            // What others command is searched without reports.
+            // Commands of foreign nodes are searched without reports.
             if self.reporter.is_some() {
                 continue;
             }
             faults.push(Fault::Foreign(bus, Message::Heartbeat));
-            // How a slave reacts does not depend on the number of masters.
+            // The reaction of a slave does not depend on the number of masters.
             if self.masters.len() == 1 {
                 faults.push(Fault::Foreign(bus, Message::OfSlave));
             }

@@ -1,4 +1,4 @@
-//! What the application of a slave reports, and what of it can come now.
+//! Reports of a slave's application, and the one that is possible now.
 
 use ecss_can::types::Instant;
 
@@ -6,19 +6,19 @@ use super::{Reporter, World};
 use crate::master::Master;
 use crate::what::What;
 
-/// What comes between two moments.
+/// A report between two ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Report {
-    /// The error appears.
+    /// The error starts.
     Wrong,
-    /// The error is gone.
+    /// The error ends.
     Right,
     /// The value changes.
     Changed,
 }
 
 impl World {
-    /// The report that can come now.
+    /// Returns the report that is possible now.
     pub fn possible_report(&self) -> Option<Report> {
         let powered = self.reporter.filter(|reporter| self.is_powered(reporter.place));
         let reporter = powered.filter(|_| self.reports > 0)?;
@@ -30,7 +30,7 @@ impl World {
         })
     }
 
-    /// The slave reports, and what follows from it at once. `on_loss`: called when a frame is lost.
+    /// Applies a report of the slave and its immediate consequences. `on_loss`: called when a frame is lost.
     pub fn report_at(&mut self, report: Report, now: Instant, on_loss: &mut dyn FnMut(&World)) {
         let Some(reporter) = self.reporter else { return };
         let slave = &mut self.slaves[reporter.place - 1];
@@ -43,19 +43,19 @@ impl World {
         self.reports -= 1;
     }
 
-    /// Whether there are rounds.
+    /// Returns whether there are rounds.
     pub fn has_rounds(&self) -> bool {
         self.has_rounds
     }
 
-    /// The time of a round has come: each master asks the slave for its errors when it hears it next, and the slave sends its value.
+    /// Starts a round: each master asks the slave for its errors at its next heartbeat, and the slave sends its value.
     pub fn begin_round(&mut self, now: Instant) {
         let Some(Reporter { place, .. }) = self.reporter else { return };
         self.slaves[place - 1].repeat_value(now);
         self.masters.iter_mut().for_each(Master::ask_anew);
     }
 
-    /// Whether this master knows what the slave reported.
+    /// Returns whether this master knows the reports of the slave.
     pub fn is_known_by(&self, master: usize) -> bool {
         let reports = self.reporter.and_then(|reporter| self.slaves[reporter.place - 1].reports());
         let known = self.masters[master].known();

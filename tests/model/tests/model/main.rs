@@ -1,4 +1,4 @@
-//! A small spacecraft, and what random faults do to it.
+//! A small spacecraft under random faults.
 
 mod outside;
 mod random;

@@ -1,4 +1,4 @@
-//! What the redundancy hears from outside: the boot process and the controllers.
+//! Inputs of the redundancy from outside: the boot process and the controllers.
 
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState};
@@ -11,8 +11,8 @@ fn operational(state: &Watched) -> [bool; 2] {
     state.world.slaves.each_ref().map(|slave| slave.state() == NmtState::Operational)
 }
 
-/// Given a master whose controller goes bus-off too often on the active bus. Then it changes to the other one for that reason, and the
-/// slaves follow.
+/// Given a master whose controller goes bus-off too often on the active bus, then it changes the bus for that reason,
+/// and the slaves follow.
 ///
 /// Verifies: ECSS 8.3.3b
 #[test]
@@ -29,8 +29,8 @@ fn a_failed_bus_is_left() {
     assert!(state.world.slaves.iter().all(|slave| slave.active() == Bus::Redundant));
 }
 
-/// Given a master without a boot process, which starts slaves by their boot-up message, and one with it. Then that one asks each slave at
-/// its first heartbeat, and starts it at its second one.
+/// Given a master without a boot process, which starts slaves by their boot-up message, and one with it, then the
+/// second one asks each slave at its first heartbeat, and starts it at its second one.
 #[test]
 fn a_slave_is_checked_before_it_is_started() {
     let [without, with] = [Crew::OneMaster, Crew::OneMasterInUse].map(|crew| {

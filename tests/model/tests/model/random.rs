@@ -6,10 +6,10 @@ use model::property::{self, Property};
 use model::watch::Watched;
 use model::world::Crew;
 
-/// Steps of a run: as many as it takes from the last fault to the end of what follows.
+/// Steps of a run, enough from the last fault to the end of its consequences.
 const STEPS: u32 = 600;
 
-/// The first property that a run breaks, if there is one. Its faults come at random moments.
+/// Returns the first property that a run with faults at random times breaks, if there is one.
 fn broken(crew: Crew, faults: u8, defect: Option<Defect>, seed: u64) -> Option<Property> {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut states = Watched::all(crew, faults, defect);

@@ -1,4 +1,4 @@
-//! What decisions depend on survives the shift of the clock.
+//! A shift of the clock keeps all that decisions depend on.
 
 use ecss_can::redundancy::{RoleChange, SwitchCause};
 use ecss_can::types::{Bus, Frame, Instant, NmtState};
@@ -10,7 +10,7 @@ use model::world::{Crew, World};
 type MasterSeen = (Bus, Option<SwitchCause>, Option<RoleChange>, bool);
 type Seen = (Vec<MasterSeen>, [(Bus, NmtState, bool, Bus); 2], Vec<Option<Frame>>);
 
-/// Everything that a node does.
+/// Observable behaviour of a node.
 fn seen(world: &World) -> Seen {
     let slaves = world.slaves.each_ref().map(|slave| {
         let bdefault = slave.parameters().bdefault;
@@ -23,8 +23,8 @@ fn seen(world: &World) -> Seen {
     (masters.collect(), slaves, waiting)
 }
 
-/// Given two equal worlds and the same random faults, ten in 20 s. When the clock of one is shifted to the origin after each
-/// step, and what is old is forgotten, then both do the same at the same time.
+/// Given two equal worlds and the same random faults, ten in 20 s. When the clock of one is shifted to the origin after
+/// each step, and old state is dropped, then both behave equally at the same time.
 #[test]
 fn a_world_relative_to_now_does_what_an_absolute_one_does() {
     for seed in 0..5_000 {

@@ -1,4 +1,4 @@
-//! Runs a fuzz target for as long as one likes.
+//! Runs a fuzz target for any number of executions.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use search::fuzz::campaign::{self, Campaign, Failure};
 use search::fuzz::{Signature, TARGETS, Target};
 
-/// Executions between two looks at the progress.
+/// Executions between two reports of progress.
 const PORTION: u64 = 10_000;
 
 /// Any sequence of frames: never a panic, never a wrong write, never stuck.
@@ -48,7 +48,7 @@ fn main() -> ExitCode {
             }
         };
     }
-    // A failure is told once, when its input is as short as it gets.
+    // A failure is reported once, with its shortest input.
     std::panic::set_hook(Box::new(|_| {}));
     match run(target, arguments.executions, arguments.seed) {
         Ok(steps) => {

@@ -7,10 +7,10 @@ use fastrand::Rng;
 
 use crate::fuzz::{Input, Signature, Target, corpus, mutation};
 
-/// Inputs that are kept for mutation, at most; then a new one takes the place of another.
+/// Largest number of inputs kept for mutation. After that a new one replaces another.
 const POOL: usize = 4_096;
 
-/// Executions of a target on its corpus and on what can be made of it.
+/// Executions of a target on its corpus and on mutations of it.
 pub struct Campaign {
     target: Target,
     rng: Rng,
@@ -24,12 +24,12 @@ pub struct Campaign {
 pub struct Failure {
     /// The input.
     pub input: Vec<u8>,
-    /// What the panic said.
+    /// Message of the panic.
     pub message: String,
 }
 
 impl Campaign {
-    /// From a seed, with the corpus of the target.
+    /// Makes a campaign from a seed, with the corpus of the target.
     pub fn new(target: Target, seed: u64) -> Campaign {
         let pool = corpus::load(target.name).into_iter().map(|(_, input)| input).collect();
         Campaign {
@@ -44,15 +44,15 @@ impl Campaign {
     /// Runs the target on the corpus.
     ///
     /// # Errors
-    /// The first input on which it panicked.
+    /// On the first input with which it panics.
     pub fn replay(&mut self) -> Result<(), Failure> {
         self.pool.iter().try_for_each(|input| attempt(self.target, input, &mut self.signature))
     }
 
-    /// Runs the target so many times, each on a new input.
+    /// Runs the target `executions` times, each on a new input.
     ///
     /// # Errors
-    /// The first input on which it panicked.
+    /// On the first input with which it panics.
     pub fn run(&mut self, executions: u64) -> Result<(), Failure> {
         for _ in 0..executions {
             mutation::next(&mut self.rng, &self.pool, &mut self.input);
@@ -69,7 +69,7 @@ impl Campaign {
         Ok(())
     }
 
-    /// Different steps that the executions took.
+    /// Returns the number of different steps of the executions.
     pub fn steps(&self) -> usize {
         self.signature.steps()
     }
@@ -78,7 +78,7 @@ impl Campaign {
 /// Runs a target once.
 ///
 /// # Errors
-/// It panicked.
+/// When it panics.
 pub fn attempt(target: Target, input: &[u8], signature: &mut Signature) -> Result<(), Failure> {
     signature.begin();
     catch_unwind(AssertUnwindSafe(|| (target.run)(Input::new(input), signature)))
@@ -90,7 +90,7 @@ fn message(panic: &(dyn Any + Send)) -> String {
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
 }
 
-/// A shorter input on which the target panics as well: parts are left out, from large ones to single bytes.
+/// Returns a shorter input on which the target panics too. Parts are removed, from large ones to single bytes.
 pub fn shorten(target: Target, failure: Failure) -> Failure {
     let mut shortest = failure;
     let mut part = shortest.input.len() / 2;

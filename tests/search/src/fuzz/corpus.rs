@@ -1,13 +1,13 @@
-//! The inputs that are kept: one valid exchange of each kind, and every input that ever failed.
+//! The stored inputs: one valid exchange of each kind, and every input that ever failed.
 
 use std::path::{Path, PathBuf};
 
-/// Where the inputs of a target are.
+/// Returns the folder of the inputs of a target.
 pub fn folder(target: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target)
 }
 
-/// The inputs of a target with their names, in the order of these.
+/// Returns the inputs of a target with their names, in the order of names.
 ///
 /// # Panics
 /// When they cannot be read.

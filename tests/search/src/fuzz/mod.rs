@@ -1,8 +1,8 @@
 //! Any sequence of frames: never a panic, never a wrong write, never stuck.
 //!
-//! A [target](Target) makes of bytes a sequence of operations (frames, time, what becomes of sent frames) and compares what
-//! happens with a model of its own. A [campaign](campaign::Campaign) runs it on inputs from a seed: the same seed and number
-//! of executions give the same inputs, on every machine.
+//! A [target](Target) converts bytes to a sequence of operations (frames, time, results of sent frames) and compares
+//! the behaviour with its own model. A [campaign](campaign::Campaign) runs it on inputs from a seed: the same seed and
+//! number of executions give the same inputs, on every machine.
 
 pub mod campaign;
 pub mod corpus;
@@ -14,16 +14,16 @@ mod targets;
 pub use input::Input;
 pub use signature::Signature;
 
-/// Something to be tried with any input.
+/// A component to be tested with any input.
 #[derive(Clone, Copy)]
 pub struct Target {
-    /// What it is called on the command line; its corpus is in the folder of this name.
+    /// Name on the command line and of the folder of its corpus.
     pub name: &'static str,
-    /// One execution. It panics when something is wrong.
+    /// Runs one execution. It panics at an error.
     pub run: fn(Input, &mut Signature),
 }
 
-/// All of them.
+/// All targets.
 pub const TARGETS: [Target; 5] = [
     Target { name: "sdo-server", run: targets::sdo_server::run },
     Target { name: "sdo-client", run: targets::sdo_client::run },
@@ -32,7 +32,7 @@ pub const TARGETS: [Target; 5] = [
     Target { name: "slave", run: targets::slave::run },
 ];
 
-/// The target of this name.
+/// Returns the target with this name.
 pub fn target(name: &str) -> Option<Target> {
     TARGETS.into_iter().find(|target| target.name == name)
 }

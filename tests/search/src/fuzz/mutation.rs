@@ -2,13 +2,13 @@
 
 use fastrand::Rng;
 
-/// Bytes of an input, at most.
+/// Largest number of bytes of an input.
 pub const LONGEST: usize = 256;
 
-/// Values at which something changes.
+/// Boundary values.
 const EDGES: [u8; 16] = [0, 1, 2, 4, 7, 8, 0x10, 0x20, 0x40, 0x7F, 0x80, 0x81, 0xA0, 0xC0, 0xFE, 0xFF];
 
-/// Makes another input of one of `pool`, or a new one.
+/// Makes an input from one of `pool`, or a new one.
 pub fn next(rng: &mut Rng, pool: &[Vec<u8>], into: &mut Vec<u8>) {
     into.clear();
     if pool.is_empty() || rng.u8(..16) == 0 {
@@ -35,13 +35,13 @@ fn mutate(rng: &mut Rng, pool: &[Vec<u8>], input: &mut Vec<u8>) {
             let count = rng.usize(1..=12);
             input.splice(at..at, std::iter::repeat_with(|| rng.u8(..)).take(count));
         }
-        // Once more what was done before.
+        // Repeats earlier bytes.
         (5, _) => {
             let again = input[at..end].to_vec();
             let to = rng.usize(..=input.len());
             input.splice(to..to, again);
         }
-        // What another one does.
+        // Copies bytes of another input.
         (6, _) => {
             let other = &pool[rng.usize(..pool.len())];
             let from = rng.usize(..=other.len());

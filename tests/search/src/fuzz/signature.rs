@@ -1,15 +1,15 @@
-//! What an execution did, as far as it can be told from outside.
+//! Observable behaviour of an execution.
 
-/// Steps that can be told apart.
+/// Number of distinguishable steps.
 const STEPS: usize = 1 << 16;
 
-/// The steps that were seen in a campaign: each is something observed, together with what was observed before it. An input
-/// that takes a new step is worth to be mutated further.
+/// The steps of a campaign. A step is an observation together with the one before it. An input with a new step is
+/// mutated further.
 #[derive(Debug)]
 pub struct Signature {
     seen: Vec<bool>,
     before: u32,
-    /// Whether the present execution took a new one.
+    /// Whether the present execution has a new step.
     is_new: bool,
 }
 
@@ -20,12 +20,12 @@ impl Default for Signature {
 }
 
 impl Signature {
-    /// Another execution.
+    /// Starts another execution.
     pub(crate) fn begin(&mut self) {
         (self.before, self.is_new) = (0, false);
     }
 
-    /// Something was observed: an answer, a state, an event.
+    /// Records an observation: an answer, a state, an event.
     pub fn note(&mut self, observed: u32) {
         let step = (self.before.rotate_left(5) ^ observed).wrapping_mul(0x9E37_79B1);
         let seen = &mut self.seen[(step >> 16) as usize % STEPS];
@@ -34,12 +34,12 @@ impl Signature {
         self.before = observed;
     }
 
-    /// Whether the present execution took a new step.
+    /// Returns whether the present execution has a new step.
     pub(crate) const fn is_new(&self) -> bool {
         self.is_new
     }
 
-    /// How many steps were taken.
+    /// Returns the number of steps.
     pub fn steps(&self) -> usize {
         self.seen.iter().filter(|seen| **seen).count()
     }

@@ -7,20 +7,20 @@ use model::world::{Crew, Fault, MASTERS};
 
 use super::Violation;
 
-/// What shows a defect.
+/// Evidence of a defect.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence {
     defect: Defect,
     property: Property,
     crew: Crew,
-    /// What is broken from power-on.
+    /// Faults that exist from power-on.
     before: &'static [Fault],
-    /// Number of faults that it takes after that. Fewer show nothing.
+    /// Number of further faults that are needed to show the defect.
     pub faults: u8,
 }
 
 impl Evidence {
-    /// Returns what shows this defect.
+    /// Returns the evidence of this defect.
     pub fn of(defect: Defect) -> Evidence {
         let (property, faults, crew) = match defect {
             Defect::NoDwell => (property::SERVED, 2, Crew::OneMaster),
@@ -33,13 +33,13 @@ impl Evidence {
             Defect::NeverAnnounces => (property::KNOWN, 1, Crew::OneMasterWithReports),
             Defect::NeverReads => (property::KNOWN, 1, Crew::OneMasterWithReports),
         };
-        // A dead bus: with this fault among those that are searched for, there are fifty times as many states.
+        // A dead bus from the start. With this fault among the searched ones there are fifty times as many states.
         let before: &[Fault] =
             if defect == Defect::NoDwell { &[Fault::Cut(Bus::Nominal, MASTERS[0])] } else { &[] };
         Evidence { defect, property, crew, before, faults }
     }
 
-    /// Searches with up to `faults` faults for the shortest way on which the property does not hold.
+    /// Searches with up to `faults` faults for the shortest path to a state in which the property does not hold.
     pub fn search(&self, faults: u8) -> Option<Violation> {
         super::find(self.crew, self.before, faults, self.defect, self.property.name)
     }

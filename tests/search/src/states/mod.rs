@@ -1,4 +1,4 @@
-//! The search for all that can happen to a small spacecraft.
+//! The search of all states of a small spacecraft.
 
 pub mod evidence;
 pub mod snapshot;
@@ -20,7 +20,7 @@ use stateright::{Checker, HasDiscoveries, Model, Property};
 use step::Step;
 use table::Table;
 
-/// Most faults of a search.
+/// Largest number of faults of a search.
 pub const MOST_FAULTS: u8 = 3;
 
 /// Largest values found, ticks and changes.
@@ -106,14 +106,14 @@ impl Model for Spacecraft {
     }
 }
 
-/// A whole search.
+/// Result of a search.
 #[derive(Debug)]
 pub struct Report {
     /// Different states.
     pub states: usize,
     /// Steps from one state to another, also to known ones.
     pub steps: usize,
-    /// Every state that can be reached was looked at, from power-on to where nothing new happens.
+    /// Whether all reachable states were visited.
     pub is_closed: bool,
     /// Longest time without service, milliseconds.
     pub unserved: u64,
@@ -127,30 +127,31 @@ pub struct Report {
     pub handed_over: u8,
     /// Longest time in which a master did not know what a slave had reported, milliseconds.
     pub unknown: u64,
-    /// Properties that do not hold, and the shortest way there.
+    /// Properties that do not hold, with the shortest path to each.
     pub violations: Vec<Violation>,
 }
 
-/// A property does not hold.
+/// A state in which a property does not hold.
 #[derive(Debug)]
 pub struct Violation {
     /// Its name.
     pub property: &'static str,
-    /// The way there.
+    /// Path to the state.
     pub table: String,
-    /// Steps of it.
+    /// Number of its steps.
     pub steps: usize,
-    /// Faults on it.
+    /// Number of its faults.
     pub faults: usize,
 }
 
-/// Searches through all that can happen with up to `faults` faults at any moment. Ends at the first state without a property
-/// that does not hold, if there is one.
+/// Searches all states with up to `faults` faults at any time. Ends at the first state in which a property does not
+/// hold, if there is one.
 pub fn search(crew: Crew, faults: u8, threads: usize) -> Report {
     explore(crew, &[], faults, None, threads, HasDiscoveries::Any)
 }
 
-/// Searches for the shortest way on which `property` does not hold with a defect. `before`: what is broken from power-on.
+/// Searches for the shortest path to a state in which `property` does not hold with a defect. `before`: faults that
+/// exist from power-on.
 pub fn find(
     crew: Crew,
     before: &'static [Fault],

@@ -1,12 +1,12 @@
-//! How many states there are: another number means that a rule has changed, or that the search is not the same in every run.
+//! Known numbers of states. Another number means that a rule has changed, or that the search is not reproducible.
 
 use model::world::Crew;
 
-/// Where the numbers are: masters (`1+`: in use, `1?`: no slave is assigned, `2=`: two with equal clocks, `2?`: and no slave is assigned; `1!`,
-/// `2!`: one slave, which reports), faults, states.
+/// File of the numbers: masters (`1+`: in use, `1?`: no slave is assigned, `2=`: two with equal clocks, `2?`: and no
+/// slave is assigned; `1!`, `2!`: one slave, which reports), faults, states.
 pub const PATH: &str = "tests/search/states.txt";
 
-/// States of a whole search with up to `faults` faults, as known.
+/// Returns the known number of states of a search with up to `faults` faults.
 pub fn states(crew: Crew, faults: u8) -> Option<usize> {
     let masters = match crew {
         Crew::OneMaster => "1",

@@ -2,15 +2,15 @@
 
 use model::world::{Fault, Report};
 
-/// What happens next.
+/// A step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Step {
-    /// Time goes on.
+    /// Time advances.
     Tick,
-    /// Something breaks, or is mended.
+    /// A fault or a repair.
     Fault(Fault),
-    /// A slave reports something.
+    /// A report of a slave.
     Report(Report),
-    /// No faults happen any more, and nothing is reported: from now on the bounds count.
+    /// The end of faults and reports, from which the bounds count.
     Calm,
 }

@@ -15,11 +15,11 @@ use model::world::{Fault, Kind, Message, Report, STATIONS, World};
 /// Names of the nodes.
 const NAMES: [&str; STATIONS] = ["master", "slave 2", "slave 3", "second master"];
 
-/// The way to a state, a row for each step that changed something.
+/// The path to a state, with a row for each step that changed something.
 pub struct Table(pub Vec<(Watched, Option<Step>)>);
 
 impl Table {
-    /// Of a path that the checker found.
+    /// Makes the table of a path that the checker found.
     pub fn new(path: Path<Watched, Step>) -> Table {
         Table(path.into_vec())
     }

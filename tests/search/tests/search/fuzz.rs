@@ -14,31 +14,32 @@ fn try_target(name: &str) {
     assert!(campaign.steps() > 50, "inputs that do nothing: {} steps", campaign.steps());
 }
 
-/// Only complete, valid downloads change anything; after silence the server serves again.
+/// Given any requests, then only complete, valid downloads change values, and after silence the server serves again.
 #[test]
 fn an_sdo_server_takes_any_requests() {
     try_target("sdo-server");
 }
 
-/// A transfer always ends; what it delivers is what the frames carried.
+/// Given any answers, then a transfer always ends, and delivers the data of the frames.
 #[test]
 fn an_sdo_client_takes_any_answers() {
     try_target("sdo-client");
 }
 
-/// Only what is mapped changes, to the bits of the frame; no invalid mapping becomes active.
+/// Given any configuration, then only mapped values change, to the bits of the frame, and no invalid mapping becomes
+/// active.
 #[test]
 fn pdos_can_be_configured_with_anything() {
     try_target("pdo-mapping");
 }
 
-/// The state follows the state diagram, and heartbeats tell it.
+/// Given any module control, then the state follows the state diagram, and heartbeats carry it.
 #[test]
 fn a_slave_takes_any_module_control() {
     try_target("nmt");
 }
 
-/// A whole slave between two buses stays alive.
+/// Given any frames on both buses, then a slave stays alive.
 #[test]
 fn a_slave_takes_anything_from_its_buses() {
     try_target("slave");

@@ -1,4 +1,4 @@
-//! The searches, as far as they go in a minute.
+//! Searches that take up to a minute.
 
 mod fuzz;
 mod states;

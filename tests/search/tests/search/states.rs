@@ -1,4 +1,4 @@
-//! The search is whole, the same in every run, and finds defects.
+//! The search is complete and reproducible, and finds defects.
 
 use std::process::Command;
 
@@ -16,21 +16,22 @@ fn breaks_no_property(faults: u8, crews: impl Iterator<Item = Crew>) {
     }
 }
 
-/// Given up to one fault at any moment. Then every property holds in every state that can be reached.
+/// Given up to one fault at any time, then every property holds in every reachable state.
 #[test]
 fn one_fault_at_any_moment_breaks_no_property() {
     breaks_no_property(1, Crew::ALL.into_iter());
 }
 
-/// The same with up to two faults. With reports there are too many states for a test: those searches run by hand.
+/// Given up to two faults at any time, then every property holds in every reachable state. Searches with reports have
+/// too many states for a test and are run manually.
 #[test]
 fn two_faults_at_any_moment_break_no_property() {
     let is_short = |crew: &Crew| !matches!(crew, Crew::OneMasterWithReports | Crew::TwoMastersWithReports);
     breaks_no_property(2, Crew::ALL.into_iter().filter(is_short));
 }
 
-/// Given a defect outside of the machines, the search finds a state where its property does not hold, with as many faults as it
-/// takes and no fewer.
+/// Given a defect outside the machines, then the search finds a state in which its property does not hold, with the
+/// known number of faults and not with fewer.
 #[test]
 fn each_defect_is_found() {
     for evidence in Defect::value_variants().iter().map(|defect| Evidence::of(*defect)) {

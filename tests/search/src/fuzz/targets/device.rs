@@ -31,7 +31,7 @@ const TELEMETRY: Tpdo = Pdo::<()>::new(CobIdOf::node(0x380))
     .map(Instrument::TELEMETRY.field(Telemetry::DATA))
     .transmit(3);
 
-/// What the slave has beside the objects of every node.
+/// Objects of the slave in addition to those of every node.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device)]
 pub struct Instrument {
@@ -63,7 +63,7 @@ impl Device for Instrument {
     }
 }
 
-/// What goes out.
+/// Telemetry of the slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct Telemetry {
     /// Code
@@ -74,7 +74,7 @@ pub struct Telemetry {
     pub data: U48,
 }
 
-/// What is asked for; its data may be left out.
+/// Request for telemetry. Its data is optional.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct Request {
     /// Code
@@ -85,7 +85,7 @@ pub struct Request {
     pub data: U48,
 }
 
-/// What is commanded.
+/// Command to the slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct Telecommand {
     /// Code
@@ -99,7 +99,7 @@ pub struct Telecommand {
     pub sequence: u8,
 }
 
-/// The slave before power-on.
+/// Returns the slave before power-on.
 pub fn slave(id: NodeId, profile: &Profile) -> Slave<Instrument> {
     let application = Instrument { block: Domain::new(vec![0; 64]), ..Instrument::default() };
     Slave::builder(id, profile, application).build()

@@ -1,4 +1,4 @@
-//! The state machine of a slave (CiA 301 7.3.2, ECSS 8.3.3), between any module control and any heartbeats.
+//! The state machine of a slave (CiA 301 7.3.2, ECSS 8.3.3), with any module control commands and any heartbeats.
 
 use ecss_can::node::SlaveEvent;
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
@@ -12,7 +12,7 @@ const CONSUMER: Duration = Duration::from_millis(250);
 /// Ttoggle consumer times.
 const TOGGLING: Duration = Duration::from_millis(500);
 const HEARTBEAT: Duration = Duration::from_millis(100);
-/// Two consumer times: a reset so soon after a boot counts, unless the master was heard since.
+/// Two consumer times. A reset within this time after a boot counts, unless the master was heard since.
 const PAUSE: Duration = Duration::from_millis(500);
 /// Resets that are obeyed in a row.
 const ROW: u8 = 3;
@@ -20,17 +20,17 @@ const ROW: u8 = 3;
 const COMMANDS: [u8; 8] = [0x01, 0x02, 0x80, 0x81, 0x82, 0x01, 0x00, 0x83];
 const TARGETS: [u8; 6] = [0, 5, 5, 6, 1, 0x85];
 
-/// What the state should be.
+/// Model of the expected state.
 struct Model {
     state: NmtState,
     autostart: bool,
-    /// The last heartbeat of the master on the active bus, since that was found.
+    /// Last heartbeat of the master on the active bus since it was found.
     master: Option<Instant>,
-    /// The active bus was found by a command alone: until then a heartbeat has to confirm it.
+    /// Instant until which a heartbeat must confirm an active bus that was found by a command only.
     unconfirmed: Option<Instant>,
-    /// When the search began.
+    /// Start of the search.
     search: Instant,
-    /// When the last heartbeat was sent.
+    /// Instant of the last sent heartbeat.
     heartbeat: Instant,
     /// Resets in a row.
     row: u8,
@@ -45,12 +45,12 @@ impl Model {
         self.reset = Some(now);
     }
 
-    /// A good heartbeat of the master, on whichever bus.
+    /// Handles a valid heartbeat of the master on either bus.
     fn trust(&mut self) {
         (self.row, self.reset) = (0, None);
     }
 
-    /// Whether a reset of this node is ignored; else it counts.
+    /// Returns whether a reset of this node is ignored, and counts it otherwise.
     fn ignores_reset(&mut self, now: Instant) -> bool {
         let is_shut = self.reset.is_some() && self.row == ROW;
         if is_shut {
@@ -59,7 +59,7 @@ impl Model {
         is_shut
     }
 
-    /// What time does.
+    /// Advances time.
     fn run(&mut self, now: Instant) {
         if self.state == Initialising {
             return;
@@ -81,7 +81,7 @@ impl Model {
         }
     }
 
-    /// A message of the master on the bus that the node considers active with it.
+    /// Handles a message of the master that makes or keeps its bus active.
     fn hear_master(&mut self, is_heartbeat: bool, now: Instant) {
         if is_heartbeat {
             (self.master, self.unconfirmed) = (Some(now), None);
@@ -104,7 +104,7 @@ impl Model {
         }
     }
 
-    /// What a node showed in a step that began in the state `before`.
+    /// Checks the behaviour of a node in a step that began in the state `before`.
     fn check(&mut self, before: NmtState, bench: &Bench, signature: &mut Signature) {
         let now = bench.slave.status(bench.now);
         assert_eq!(now.state, self.state, "the state at {:?}", bench.now);
@@ -136,7 +136,7 @@ impl Model {
     }
 }
 
-/// The first byte chooses the profile; then an operation is a byte that tells which, and what it needs.
+/// Runs an input. The first byte chooses the profile. An operation is a byte for its kind, and its arguments.
 pub fn run(mut input: Input, signature: &mut Signature) {
     let profile = profile(input.byte());
     let mut bench = Bench::new(&profile);
@@ -166,7 +166,8 @@ pub fn run(mut input: Input, signature: &mut Signature) {
                 let is_heard = profile.selective.is_empty() || on == bench.slave.status(bench.now).active;
                 bench.receive(on, frame(0, dlc, [command, target, 0, 0, 0, 0, 0, 0]));
                 let is_good = dlc == 2 && target <= 127 && ![0x00, 0x83].contains(&command);
-                // Which bus that is with two masters heard other tests say; on the other one it does not count.
+                // Other tests check which bus is active when two masters are heard. A message on the other bus does not
+                // count.
                 let is_active = bench.slave.status(bench.now).active == on;
                 let is_own = [0, ID.get()].contains(&target);
                 let is_ignored = is_heard
@@ -209,7 +210,7 @@ pub fn run(mut input: Input, signature: &mut Signature) {
                     // The chip is reset.
                     let now = bench.now;
                     bench = Bench::new(&profile);
-                    // This board has no memory that outlives a reset.
+                    // This board has no memory that survives a reset.
                     model.row = 0;
                     model.boot(bench.now);
                     model.check(Initialising, &bench, signature);

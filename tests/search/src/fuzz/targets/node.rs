@@ -13,16 +13,16 @@ pub const ID: NodeId = NodeId::of::<5>();
 
 pub type TestSlave = Slave<Instrument>;
 
-/// Switches of a search: few, so that searches end.
+/// Number of switches of a search, small so that searches end.
 const NTOGGLE: u8 = 2;
 
-/// The profile that a byte chooses: whether the slave starts by itself, and its access to the buses.
+/// Returns the profile for a byte: whether the slave starts by itself, and its access to the buses.
 pub fn profile(options: u8) -> Profile {
     let selective: &[_] = if options & 2 != 0 { &[ID] } else { &[] };
     Profile { autostart: options & 1 != 0, selective, ntoggle: NTOGGLE, ..Profile::DEFAULT }
 }
 
-/// The slave, the time, and what it did in the last step.
+/// The slave, the time, and the slave's outputs of the last step.
 pub struct Bench {
     pub slave: TestSlave,
     pub now: Instant,
@@ -31,7 +31,7 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Powered on.
+    /// Makes a bench with a powered slave.
     pub fn new(profile: &Profile) -> Bench {
         let slave = device::slave(ID, profile);
         let mut bench = Bench { slave, now: Instant::from_micros(1_000), sent: vec![], events: vec![] };
@@ -39,7 +39,7 @@ impl Bench {
         bench
     }
 
-    /// Another node acknowledges the boot-up message. Before that a slave answers no request.
+    /// Acknowledges the boot-up message. Before that a slave answers no request.
     pub fn acknowledge_boot_up(&mut self) {
         let event =
             LinkEvent::Transmitted { frame: frame(0x705, 1, [0; 8]), stamp: Stamp::interrupt(self.now) };
@@ -47,7 +47,7 @@ impl Bench {
         self.step(|slave, turn| slave.on_link(bus, &event, turn));
     }
 
-    /// One step. What it does fits into an outbox.
+    /// Runs one step. Its frames fit into an outbox.
     pub fn step(&mut self, step: impl FnOnce(&mut TestSlave, &mut Turn<'_, SlaveEvent>)) {
         let mut out = Outbox::new();
         self.sent.clear();
@@ -69,19 +69,19 @@ impl Bench {
         assert_eq!(out.take_overflows(), 0, "more than an outbox holds: {:?} {:?}", self.sent, self.events);
     }
 
-    /// What is due now.
+    /// Does the actions that are due now.
     pub fn poll(&mut self) {
         self.step(|slave, turn| slave.poll(turn));
         assert!(self.slave.deadline().is_none_or(|due| due > self.now), "a deadline of the past");
     }
 
-    /// A frame that ended now.
+    /// Receives a frame that ended now.
     pub fn receive(&mut self, bus: Bus, frame: Frame) {
         let stamp = Stamp::interrupt(self.now);
         self.step(|slave, turn| slave.on_link(bus, &LinkEvent::Received { frame, stamp }, turn));
     }
 
-    /// Time passes; `see` looks at every step.
+    /// Lets time pass, and calls `see` after each step.
     pub fn wait(&mut self, span: Duration, mut see: impl FnMut(&Bench)) {
         let until = self.now + span;
         while let Some(due) = self.slave.deadline().filter(|due| *due <= until) {
@@ -93,13 +93,13 @@ impl Bench {
     }
 }
 
-/// A frame of up to eight bytes.
+/// Makes a frame of up to eight bytes.
 pub fn frame(id: u16, dlc: u8, data: [u8; 8]) -> Frame {
     let id = CobId::new(id & 0x7FF).expect("11 bits");
     Frame::new(id, &data[..usize::from(dlc.min(8))]).expect("at most eight bytes")
 }
 
-/// One of the buses.
+/// Returns one of the buses.
 pub const fn bus(byte: u8) -> Bus {
     if byte & 1 == 0 { Bus::Nominal } else { Bus::Redundant }
 }

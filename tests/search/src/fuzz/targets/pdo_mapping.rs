@@ -10,7 +10,7 @@ use super::pdo_reference::{Dictionary, VALUES, bytes, is_equal, is_valid, least_
 use crate::fuzz::{Input, Signature};
 
 const BUS: Bus = Bus::Nominal;
-/// Not valid, or no remote frames: flags of a COB-ID.
+/// Flags of a COB-ID: not valid, no remote frames.
 const NOT_VALID: u32 = 1 << 31;
 const NO_REMOTE: u32 = 1 << 30;
 
@@ -25,9 +25,9 @@ struct World<'a> {
     signature: &'a mut Signature,
 }
 
-/// An operation is a byte that tells which, and what it needs.
+/// Runs an input. An operation is a byte for its kind, and its arguments.
 pub fn run(mut input: Input, signature: &mut Signature) {
-    // Nobody is missed: it is about PDOs.
+    // No heartbeat is missed, because the target tests PDOs.
     let profile = Profile { consumer: Duration::ZERO, ..Profile::DEFAULT };
     let mut world = World { bench: Bench::new(&profile), held: [None; 8], signature };
     world.bench.acknowledge_boot_up();
@@ -74,7 +74,7 @@ impl World<'_> {
         }
     }
 
-    /// One value of the communication parameters of a PDO.
+    /// Writes one value of the communication parameters of a PDO.
     fn write_communication(&mut self, input: &mut Input) {
         let (choice, (sub, size)) = (input.byte(), input.pick(&COMMUNICATION));
         let index = if choice & 1 == 0 { 0x1400 } else { 0x1800 } + u16::from(choice / 2 % 9);
@@ -88,7 +88,7 @@ impl World<'_> {
         self.write(index, sub, size, value);
     }
 
-    /// One value of the mapping of a PDO.
+    /// Writes one value of the mapping of a PDO.
     fn write_mapping(&mut self, input: &mut Input) {
         let (choice, sub) = (input.byte(), input.byte() % 10);
         let index = if choice & 1 == 0 { 0x1600 } else { 0x1A00 } + u16::from(choice / 2 % 9);
@@ -99,7 +99,7 @@ impl World<'_> {
         self.write(index, sub, size, value);
     }
 
-    /// The whole procedure: invalid, nothing mapped, these objects, their number, valid.
+    /// Writes a complete mapping: PDO invalid, nothing mapped, the objects, their number, PDO valid.
     fn map(&mut self, input: &mut Input) {
         let (choice, kind, count) = (input.byte(), input.pick(&TYPES), input.byte() % 6);
         let number = u16::from(choice / 2 % 8);
@@ -151,7 +151,7 @@ impl World<'_> {
         }
     }
 
-    /// What is valid can be.
+    /// Checks that a valid PDO may be valid.
     fn check_active(&self, number: usize) {
         let now = &self.objects().pdos;
         let is_valid_id = |cob_id: u32| cob_id & NOT_VALID == 0;
@@ -174,14 +174,14 @@ impl World<'_> {
         }
     }
 
-    /// A frame of an RPDO, or of any identifier.
+    /// Receives a frame of an RPDO, or of any identifier.
     fn receive(&mut self, input: &mut Input) {
         let choice = input.byte();
         let id = match self.objects().pdos.rpdos.get(usize::from(choice % 16)) {
             Some(pdo) => (pdo.cob_id & 0x7FF) as u16,
             None => input.word() & 0x7FF,
         };
-        // Those are no PDOs.
+        // These identifiers are not of PDOs.
         if matches!(id, 0 | 0x080 | 0x605 | 0x700..=0x77F) {
             return;
         }
@@ -211,7 +211,7 @@ impl World<'_> {
         self.compare(&expected);
     }
 
-    /// SYNC: what is held takes effect.
+    /// Receives SYNC: held frames take effect.
     fn synchronise(&mut self) {
         let mut expected = self.objects().clone();
         let before = expected.clone();

@@ -1,4 +1,4 @@
-//! What PDOs must do, bit by bit, from what the dictionary declares and holds (CiA 301 7.4.8.2).
+//! Reference behaviour of PDOs, bit by bit, from declarations and values of the dictionary (CiA 301 7.4.8.2).
 
 use std::sync::LazyLock;
 
@@ -10,7 +10,7 @@ use super::device::Instrument;
 
 pub type Dictionary = NodeObjects<Instrument>;
 
-/// Something that a PDO may carry.
+/// A value that a PDO may carry.
 #[derive(Clone, Copy)]
 pub struct Value {
     pub at: Address,
@@ -19,7 +19,7 @@ pub struct Value {
     transmittable: bool,
 }
 
-/// All of it.
+/// All values that a PDO may carry.
 pub static VALUES: LazyLock<Vec<Value>> = LazyLock::new(|| {
     addresses(&|entry| entry.is_mappable())
         .into_iter()
@@ -32,7 +32,7 @@ pub static VALUES: LazyLock<Vec<Value>> = LazyLock::new(|| {
         .collect()
 });
 
-/// Everything above the communication profile but what changes by itself.
+/// All objects above the communication profile except those that change by themselves.
 static WATCHED: LazyLock<Vec<Address>> = LazyLock::new(|| {
     let all = addresses(&|_| true).into_iter().map(|(at, ..)| at);
     all.filter(|at| at.index >= 0x2000 && !matches!(at.index, 0x2011 | 0x2020 | 0x2021)).collect()
@@ -54,18 +54,18 @@ fn addresses(wanted: &dyn Fn(&ecss_can::od::Entry) -> bool) -> Vec<(Address, Acc
     found
 }
 
-/// Whether everything watched is equal.
+/// Returns whether all watched objects are equal.
 pub fn is_equal(one: &Dictionary, other: &Dictionary) -> bool {
     let spacecraft = (&one.extension, &other.extension);
     let is_same = one.application == other.application
         && spacecraft.0.redundancy == spacecraft.1.redundancy
         && spacecraft.0.time.scet_set == spacecraft.1.time.scet_set
         && spacecraft.0.self_test == spacecraft.1.self_test;
-    // No number equals NaN; its bytes do.
+    // NaN does not equal itself, but its bytes do.
     is_same || snapshot(&mut one.clone()) == snapshot(&mut other.clone())
 }
 
-/// Everything watched, as SDOs would read it.
+/// Returns all watched objects as SDO reads them.
 fn snapshot(objects: &mut Dictionary) -> Vec<u8> {
     let mut all = vec![];
     for at in WATCHED.iter() {
@@ -76,18 +76,18 @@ fn snapshot(objects: &mut Dictionary) -> Vec<u8> {
     all
 }
 
-/// Bits of a mapping entry.
+/// Returns the bits of a mapping entry.
 const fn bits(entry: u32) -> usize {
     (entry & 0xFF) as usize
 }
 
-/// Data bytes of a mapping.
+/// Returns the data bytes of a mapping.
 pub fn bytes(mapping: &[u32]) -> u8 {
     mapping.iter().map(|entry| bits(*entry)).sum::<usize>().div_ceil(8) as u8
 }
 
-/// Fewest data bytes of a frame that is received: what 6101h sub 2 (data of a telemetry request) would fill at the end may
-/// be left out.
+/// Returns the fewest data bytes of a received frame. The bytes of 6101h sub 2 (data of a telemetry request) at the end
+/// are optional.
 pub fn least_bytes(mapping: &[u32]) -> u8 {
     let is_left_out = |entry: &u32| entry >> 8 == 0x61_0102;
     let required = mapping.iter().rposition(|entry| !is_left_out(entry)).map_or(0, |last| last + 1);
@@ -98,7 +98,7 @@ fn address(entry: u32) -> Address {
     Address::new((entry >> 16) as u16, (entry >> 8) as u8)
 }
 
-/// Whether a PDO may have this mapping.
+/// Returns whether a PDO may have this mapping.
 pub fn is_valid(mapping: &[u32], receives: bool) -> bool {
     let is_possible = |entry: &u32| match (entry >> 16, entry >> 8 & 0xFF) {
         // Dummies: BOOLEAN, INTEGER8 to UNSIGNED32.
@@ -116,7 +116,7 @@ pub fn is_valid(mapping: &[u32], receives: bool) -> bool {
     (1..=8).contains(&mapping.len()) && total <= 64 && mapping.iter().all(is_possible)
 }
 
-/// Writes the values of a frame, each from its bits; one outside of its limits stays as it was.
+/// Writes the values of a frame, each from its bits. A value outside its limits is not written.
 pub fn unpack(mapping: &[u32], data: [u8; 8], objects: &mut Dictionary) {
     let mut at = 0;
     for entry in mapping {
@@ -132,7 +132,7 @@ pub fn unpack(mapping: &[u32], data: [u8; 8], objects: &mut Dictionary) {
     }
 }
 
-/// The frame of the present values.
+/// Returns the data of a frame with the present values.
 pub fn pack(mapping: &[u32], objects: &mut Dictionary) -> [u8; 8] {
     let (mut data, mut at) = ([0; 8], 0);
     for entry in mapping {

@@ -14,13 +14,13 @@ const SPANS: [Duration; 3] = [Duration::from_millis(1), Duration::from_millis(10
 
 /// First byte of an abort.
 const ABORT: u8 = 0x80;
-/// Most frames of one call.
+/// Largest number of frames of one call.
 const BURST: usize = 20;
 
-/// How far a transfer is, from the frames alone.
+/// Progress of a transfer, derived from frames only.
 #[derive(Clone, Copy, PartialEq)]
 enum Phase {
-    /// Its request is out, or not even that.
+    /// Before the first answer.
     Begun,
     Segments,
     Blocks,
@@ -34,9 +34,9 @@ struct World<'a> {
     up: bool,
     size: usize,
     phase: Phase,
-    /// The frame that was sent last outside of sub-blocks.
+    /// The last frame that was sent outside sub-blocks.
     asked: Payload,
-    /// What has been moved for good.
+    /// Bytes that were transferred and confirmed.
     bytes: Vec<u8>,
     /// Segments of the present sub-block.
     segments: Vec<Payload>,
@@ -46,12 +46,12 @@ struct World<'a> {
     signature: &'a mut Signature,
 }
 
-/// The value of a download.
+/// Returns a byte of the value of a download.
 fn value(at: usize) -> u8 {
     (at.wrapping_mul(167) ^ (at >> 8)) as u8
 }
 
-/// An operation is a byte that tells which, and what it needs.
+/// Runs an input. An operation is a byte for its kind, and its arguments.
 pub fn run(mut input: Input, signature: &mut Signature) {
     let mut world = World {
         client: Client::new(TIMEOUT),
@@ -127,7 +127,7 @@ impl World<'_> {
         self.poll();
     }
 
-    /// The application gives or takes so many bytes.
+    /// Lets the application provide or take up to `count` bytes.
     fn apply(&mut self, count: u16) {
         let count = usize::from(count) % 1_024;
         if self.up {
@@ -156,7 +156,7 @@ impl World<'_> {
         self.poll();
     }
 
-    /// A call of the client, for an answer or for another reason, and what it sends.
+    /// Calls the client, with an answer or for another reason, and checks its frames.
     fn call(
         &mut self,
         answer: Option<Payload>,
@@ -187,7 +187,7 @@ impl World<'_> {
         }
     }
 
-    /// A frame of the client.
+    /// Checks a frame of the client.
     fn see(&mut self, frame: &Payload) {
         match (self.phase, frame[0]) {
             (Phase::Over, _) => panic!("after the end"),
@@ -215,7 +215,7 @@ impl World<'_> {
         }
     }
 
-    /// An answer that was of use.
+    /// Handles an answer that the client used.
     fn see_answer(&mut self, answer: &Payload) {
         let (answered, asked) = (answer[0] >> 5, self.asked[0] >> 5);
         let is_toggle_right = self.asked[0] & 0x10 == answer[0] & 0x10;
@@ -263,18 +263,18 @@ impl World<'_> {
         }
     }
 
-    /// The first segments count, the others are to be sent again.
+    /// Confirms the first segments. The others are to be sent again.
     fn settle(&mut self, good: usize) {
         assert!(good <= self.segments.len(), "more than was sent");
         self.segments.drain(..).take(good).for_each(|segment| self.bytes.extend(&segment[1..]));
     }
 
-    /// Whether the last segment of the value is among those of the present sub-block.
+    /// Returns whether the last segment of the value is in the present sub-block.
     fn is_complete(&self) -> bool {
         self.segments.last().is_some_and(|last| last[0] & 0x80 != 0)
     }
 
-    /// What a server answers that is as it should be; `how` chooses where it has a choice.
+    /// Returns the answer of a correct server. `how` selects among alternatives.
     fn right_answer(&self, how: u8) -> Payload {
         let [low, high] = AT.index.to_le_bytes();
         let size = (self.size as u16).to_le_bytes();
@@ -326,7 +326,7 @@ impl World<'_> {
         self.now = until;
     }
 
-    /// An application that does its part comes to an end, whatever the server does.
+    /// Checks that a cooperating application ends its transfer with any server.
     fn rest(&mut self) {
         for _ in 0..8 {
             self.apply(1_000);
@@ -356,12 +356,12 @@ impl World<'_> {
     }
 }
 
-/// The data of an expedited transfer whose size is told.
+/// Returns the data of an expedited transfer with indicated size.
 fn expedited(frame: &Payload) -> &[u8] {
     &frame[4..8 - usize::from(frame[0] >> 2 & 3)]
 }
 
-/// The data of a segment outside of sub-blocks.
+/// Returns the data of a segment outside sub-blocks.
 fn segment(frame: &Payload) -> &[u8] {
     &frame[1..8 - usize::from(frame[0] >> 1 & 7)]
 }

@@ -1,21 +1,21 @@
-//! A dictionary with an object of each kind, that keeps watch over how it is used.
+//! A dictionary with an object of each kind, which checks its use.
 
 use ecss_can::od::machine::{ObjectAccess, Transfer};
 use ecss_can::types::{AbortCode, Address};
 
-/// Most bytes of the domain.
+/// Largest size of the domain, bytes.
 const DOMAIN: usize = 1_200;
-/// Where a defective domain fails.
+/// Byte at which a defective domain fails.
 const BROKEN: usize = 20;
 
-/// How an object behaves.
+/// Behaviour of an object.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
-    /// Exactly so many bytes.
+    /// Exactly this many bytes.
     Fixed(usize),
-    /// At most so many.
+    /// At most this many bytes.
     Text(usize),
-    /// In parts.
+    /// A value that is transferred in parts.
     Domain,
     ReadOnly,
     WriteOnly,
@@ -23,7 +23,7 @@ enum Kind {
     Limited,
     /// A domain that fails beyond a number of bytes.
     Broken,
-    /// A domain that has fewer bytes than it says.
+    /// A domain with fewer bytes than its size.
     Short(usize),
     /// A domain that refuses at the end.
     Refusing,
@@ -41,12 +41,12 @@ const KINDS: [Kind; 9] = [
     Kind::Short(40),
 ];
 
-/// Objects 2000h, 2001h and on; one more refuses.
+/// Index of the first object, 2000h. Objects are consecutive, and the one after the last refuses access.
 const FIRST: u16 = 0x2000;
-/// How many there are.
+/// Number of objects.
 pub const OBJECTS: u16 = 10;
 
-/// The object with this number.
+/// Returns the address of the object with this number.
 pub const fn address(number: u8) -> Address {
     Address::new(FIRST + number as u16, 0)
 }
@@ -56,7 +56,7 @@ pub struct Objects {
     values: [Vec<u8>; OBJECTS as usize],
     /// The stream that is being written.
     open: Option<(Address, Vec<u8>)>,
-    /// What was written, in order.
+    /// Written values, in order.
     pub changes: Vec<(Address, Vec<u8>)>,
 }
 
@@ -77,13 +77,13 @@ impl Objects {
         Objects { values, open: None, changes: vec![] }
     }
 
-    /// A value that can be read and is as long as it says.
+    /// Returns a value that is readable and has its indicated size.
     pub fn readable(&self, at: Address) -> Option<&[u8]> {
         let (number, kind) = find(at).ok()?;
         (!matches!(kind, Kind::WriteOnly | Kind::Short(_))).then(|| &*self.values[number])
     }
 
-    /// Whether a stream was begun and neither finished nor cancelled.
+    /// Returns whether a stream was started and neither finished nor cancelled.
     pub const fn is_open(&self) -> bool {
         self.open.is_some()
     }

@@ -1,4 +1,4 @@
-//! The SDO server, between any client and a small dictionary.
+//! The SDO server with any client and a small dictionary.
 
 use ecss_can::sdo::machine::{Payload, Server};
 use ecss_can::types::{Address, Duration, Instant};
@@ -15,7 +15,7 @@ const SPANS: [Duration; 4] =
 const INITIATES: [u8; 16] =
     [0x20, 0x21, 0x22, 0x23, 0x27, 0x2B, 0x2F, 0x40, 0xA0, 0xA4, 0xC0, 0xC2, 0xC4, 0xC6, 0x80, 0xE0];
 
-/// Most frames that one request, or one look at the time, may cause.
+/// Largest number of frames that one request or one poll may cause.
 const BURST: usize = 10;
 
 struct World<'a> {
@@ -26,7 +26,7 @@ struct World<'a> {
     signature: &'a mut Signature,
 }
 
-/// An operation is a byte that tells which, and what it needs.
+/// Runs an input. An operation is a byte for its kind, and its arguments.
 pub fn run(mut input: Input, signature: &mut Signature) {
     let mut world = World {
         server: Server::new(TIMEOUT),
@@ -74,12 +74,12 @@ pub fn run(mut input: Input, signature: &mut Signature) {
 }
 
 impl World<'_> {
-    /// The toggle bit that is due, or the other one.
+    /// Returns the expected toggle bit, or the wrong one.
     fn toggle(&self, wrong: bool) -> u8 {
         self.transfer.toggle() ^ if wrong { 0x10 } else { 0 }
     }
 
-    /// The next segment of a download.
+    /// Sends the next segment of a download.
     fn segment(&mut self, how: u8) {
         let last = u8::from(how & 0xC0 == 0);
         let unused = if last == 1 { how & 7 } else { 0 };
@@ -87,7 +87,7 @@ impl World<'_> {
         self.ask([toggle | unused << 1 | last, how, 2, 3, 4, 5, 6, 7]);
     }
 
-    /// Segments of a sub-block, from the one that is due on; some may be left out.
+    /// Sends segments of a sub-block from the expected one on. Some may be omitted.
     fn sub_block(&mut self, [count, how]: [u8; 2]) {
         let first = self.transfer.next() + if how > 0xE0 { how & 3 } else { 0 };
         let last = first.saturating_add(count % 128).min(127);
@@ -97,7 +97,7 @@ impl World<'_> {
         }
     }
 
-    /// The end of a block download, with the right checksum or another.
+    /// Ends a block download with the right or a wrong checksum.
     fn end(&mut self, unused: u8, wrong: u8) {
         let unused = unused & 7;
         let bytes = self.transfer.bytes();
@@ -142,7 +142,7 @@ impl World<'_> {
         self.now = until;
     }
 
-    /// Whatever was, silence frees it, and it serves again.
+    /// Checks that after silence the server serves again.
     fn rest(&mut self) {
         (0..4).for_each(|_| self.wait(TIMEOUT));
         assert!(!self.server.is_busy(), "stuck");
@@ -155,7 +155,7 @@ impl World<'_> {
     }
 }
 
-/// What an answer is: its command specifier, for an abort its code.
+/// Returns the kind of an answer: its command specifier, or the code of an abort.
 fn kind(answer: &Payload) -> u32 {
     let [command, _, _, _, code @ ..] = *answer;
     if command == 0x80 { u32::from_le_bytes(code) } else { u32::from(command >> 5) }

@@ -1,4 +1,4 @@
-//! A whole slave, between any frames of its filters, anything that its controllers tell, and its application.
+//! A complete slave with any frames of its filters, any events of its controllers, and its application.
 
 use ecss_can::emcy::{DeviceError, ErrorCode};
 use ecss_can::link::Stamp;
@@ -16,7 +16,7 @@ use crate::fuzz::{Input, Signature};
 /// telecommands and telemetry requests, another slave's heartbeat.
 const IDS: [u16; 9] = [0x000, 0x080, 0x605, 0x605, 0x701, 0x181, 0x305, 0x405, 0x706];
 
-/// Objects whose values change what a node does.
+/// Objects whose values change the behaviour of a node.
 const WRITTEN: [(u16, u8, u8); 22] = [
     (0x1003, 0, 1),
     (0x1005, 0, 4),
@@ -45,7 +45,7 @@ const WRITTEN: [(u16, u8, u8); 22] = [
 const CODES: [ErrorCode; 4] =
     [ErrorCode::HEARTBEAT, ErrorCode::CAN_PASSIVE, ErrorCode::PDO_LENGTH, ErrorCode::NO_ERROR];
 
-/// The first byte chooses the profile; then an operation is a byte that tells which, and what it needs.
+/// Runs an input. The first byte chooses the profile. An operation is a byte for its kind, and its arguments.
 pub fn run(mut input: Input, signature: &mut Signature) {
     let profile = profile(input.byte());
     let mut bench = Bench::new(&profile);
@@ -77,7 +77,7 @@ fn act(bench: &mut Bench, flying: &mut Vec<Frame>, input: &mut Input, signature:
             receive(bench, on, frame(id, dlc, input.bytes()), age);
         }
         3 => {
-            // Module control, mostly a good one.
+            // Module control, mostly a valid command.
             let (on, command) = (bus(input.byte()), input.pick(&[1, 2, 0x80, 0x82, 1, 1, 0x81, 3]));
             receive(bench, on, frame(0, 2, [command, input.pick(&[0, 5]), 0, 0, 0, 0, 0, 0]), 0);
         }
@@ -136,7 +136,7 @@ fn act(bench: &mut Bench, flying: &mut Vec<Frame>, input: &mut Input, signature:
     }
 }
 
-/// A frame that ended a little while ago.
+/// Receives a frame that ended a short time ago.
 fn receive(bench: &mut Bench, on: ecss_can::types::Bus, frame: Frame, age: u8) {
     let at = Instant::from_micros(bench.now.as_micros() - u64::from(age));
     let stamp = Stamp::interrupt(at);
@@ -161,7 +161,7 @@ fn hash(value: &impl std::hash::Hash) -> u32 {
     hasher.finish() as u32
 }
 
-/// Whatever was: where the master is heard, a client is served. One that waits for its reset says nothing but that.
+/// Checks that a client is served on the bus of the master. A slave that waits for its reset only requests it.
 fn rest(bench: &mut Bench) {
     bench.wait(Duration::from_millis(200), |_| {});
     let status = bench.slave.status(bench.now);
@@ -174,7 +174,7 @@ fn rest(bench: &mut Bench) {
     }
     bench.acknowledge_boot_up();
     bench.receive(on, frame(0x000, 2, [0x80, 5, 0, 0, 0, 0, 0, 0]));
-    // A client that begins anew after it lost its transfer.
+    // A client that restarts after it lost its transfer.
     bench.receive(on, frame(0x605, 8, [0x80, 0, 0, 0, 0, 0, 4, 5]));
     bench.receive(on, frame(0x605, 8, [0x40, 0x00, 0x10, 0, 0, 0, 0, 0]));
     let answer = bench.sent.iter().find(|(_, frame)| frame.id().raw() == 0x585);
