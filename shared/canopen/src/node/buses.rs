@@ -12,7 +12,7 @@ use crate::types::{Bus, Instant, PerBus};
 pub struct Buses {
     access: BusAccess,
     /// Error state and counters of each bus.
-    pub health: PerBus<Health>,
+    health: PerBus<Health>,
     recovery: PerBus<BusOffRecovery>,
     /// The error state that was reported last.
     reported: PerBus<ErrorState>,
@@ -46,6 +46,11 @@ impl Buses {
     /// Returns how the node reaches its buses.
     pub const fn access(&self) -> BusAccess {
         self.access
+    }
+
+    /// Returns error state and counters of each bus.
+    pub const fn health(&self) -> &PerBus<Health> {
+        &self.health
     }
 
     /// Keeps the node on one bus from power-on on. It never chooses the other one.
@@ -145,7 +150,8 @@ impl Buses {
 
     /// Returns when a recovery is due.
     pub fn deadline(&self) -> Option<Instant> {
-        let due = self.recovery.nominal.due().min(self.recovery.redundant.due());
+        let PerBus { nominal, redundant } = &self.recovery;
+        let due = nominal.due().min(redundant.due());
         (due < Instant::NEVER).then_some(due)
     }
 }

@@ -54,7 +54,7 @@ impl BusCounters {
     }
 
     /// Returns the number of frames received on each bus; wraps.
-    pub fn all_received(&self) -> PerBus<u32> {
+    pub fn received_frames(&self) -> PerBus<u32> {
         PerBus::from_fn(|bus| self.0[bus].received)
     }
 
@@ -62,7 +62,7 @@ impl BusCounters {
     pub fn on_link(&mut self, bus: Bus, event: &LinkEvent) {
         let counters = &mut self.0[bus];
         match event {
-            LinkEvent::Received { .. } => self.received(bus),
+            LinkEvent::Received { .. } => self.count_received(bus),
             LinkEvent::Transmitted { .. } => counters.sent = counters.sent.wrapping_add(1),
             LinkEvent::Failed { cause, .. } => count(match cause {
                 FailCause::BusLeft => &mut counters.bus_left,
@@ -80,30 +80,30 @@ impl BusCounters {
     }
 
     /// Counts a received frame.
-    pub fn received(&mut self, bus: Bus) {
+    pub fn count_received(&mut self, bus: Bus) {
         let counters = &mut self.0[bus];
         counters.received = counters.received.wrapping_add(1);
     }
 
     /// Counts a received frame with an error in the protocol.
-    pub fn malformed(&mut self, bus: Bus) {
+    pub fn count_malformed(&mut self, bus: Bus) {
         count(&mut self.0[bus].malformed);
     }
 
     /// Counts a heartbeat that was taken as malformed if its bit 7 is set.
-    pub fn taken(&mut self, bus: Bus, heartbeat: &Frame) {
+    pub fn count_heartbeat(&mut self, bus: Bus, heartbeat: &Frame) {
         if is_toggled(heartbeat) {
-            self.malformed(bus);
+            self.count_malformed(bus);
         }
     }
 
     /// Counts a received frame that is not for this node in this state.
-    pub fn ignored(&mut self, bus: Bus) {
+    pub fn count_ignored(&mut self, bus: Bus) {
         count(&mut self.0[bus].ignored);
     }
 
     /// Counts a frame that this node refuses to send.
-    pub fn refused(&mut self, bus: Bus) {
+    pub fn count_refused(&mut self, bus: Bus) {
         count(&mut self.0[bus].refused);
     }
 }

@@ -12,7 +12,7 @@ use crate::types::{Bus, Duration, Frame, NodeId};
 
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     pub(super) fn send_nmt(&mut self, message: NmtMessage, turn: &mut Turn) -> bool {
-        self.send(message.encode(), self.services.lifetimes.heartbeat, turn)
+        self.send(message.encode(), self.services.heartbeat_lifetime(), turn)
     }
 
     /// Sends a frame on the active bus, when it is announced. Returns false when there was no room to wait for that.
@@ -22,7 +22,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             Sending::Now(bus) => turn.out.command(bus, BusCommand::Send(outgoing)),
             Sending::Held => {}
             Sending::Refused(bus) => {
-                self.services.counters.refused(bus);
+                self.services.count_refused(bus);
                 return false;
             }
         }
@@ -31,8 +31,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Reports the state of a controller to the redundancy.
     pub(super) fn report_health(&mut self, bus: Bus, turn: &Turn) {
-        let buses = &self.services.buses;
-        let (health, is_failed) = (buses.health[bus], buses.is_failed(bus));
+        let buses = self.services.buses();
+        let (health, is_failed) = (buses.health()[bus], buses.is_failed(bus));
         self.redundancy_mut().on_health(bus, health, is_failed, turn.now);
     }
 
@@ -63,7 +63,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             MasterAction::SendTime => self.services.trigger_time(turn.now),
             MasterAction::Expired { bus, frame } => self.fail(bus, frame, FailCause::Expired, turn),
             MasterAction::Left { bus, frame } => self.fail(bus, frame, FailCause::BusLeft, turn),
-            MasterAction::Refused(bus) => self.services.counters.refused(bus),
+            MasterAction::Refused(bus) => self.services.count_refused(bus),
             MasterAction::Switched { from, to, cause } => {
                 self.switch(from, to, turn);
                 turn.out.event(MasterEvent::BusSwitched { from, to, cause });
@@ -112,8 +112,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Leaves a bus for the other one.
     fn switch(&mut self, from: Bus, to: Bus, turn: &mut Turn) {
-        self.services.buses.no_sooner().change(from, to, turn.out);
-        self.services.dictionary.emcy.change(&mut self.services.wakes).recall(turn.now);
+        self.services.buses_mut().change(from, to, turn.out);
+        self.services.recall_emergencies(turn.now);
         self.services.announce(turn.now);
         // With selective access the health of the bus that was left is unknown now, and that of the new one still.
         self.report_health(from, turn);
@@ -123,7 +123,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// A frame waited for the announcement of a bus in vain.
     fn fail(&mut self, bus: Bus, frame: Frame, cause: FailCause, turn: &mut Turn) {
-        self.services.counters.on_link(bus, &LinkEvent::Failed { frame, cause });
+        self.services.count(bus, &LinkEvent::Failed { frame, cause });
         self.on_failed(bus, &frame, cause, turn);
     }
 }

@@ -40,7 +40,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// lives on has bounds of its own and goes on: slaves that miss their master would search it.
     pub(super) fn takes_token(&mut self, id: CobId, turn: &mut Turn) -> bool {
         let Some(over) = self.budgets.no_sooner().own.take(id, turn.now) else { return true };
-        self.budgets.settle(&mut self.services.wakes);
+        self.budgets.settle(self.services.wakes_mut());
         if self.services.over_budget(id, over) {
             turn.out.event(MasterEvent::OverBudget { id });
         }
@@ -57,7 +57,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             return;
         }
         let is_held = self.redundancy.peers().is_held(node);
-        let wakes = &mut self.services.wakes;
+        let wakes = self.services.wakes_mut();
         let step = self.budgets.step(wakes, |budgets| budgets.slaves.on_frame(node, is_held, at));
         if let Some(step) = step {
             self.silence(node, step, turn);

@@ -83,18 +83,18 @@ impl<D: SpacecraftDevice> DeviceTime for MasterObjects<D> {
 #[ext(MasterServices)]
 impl<D: SpacecraftDevice> Services<MasterObjects<D>> {
     pub fn network(&self) -> &NetworkObjects {
-        &self.dictionary.objects.application.network
+        &self.objects().application.network
     }
 
     pub fn network_mut(&mut self) -> &mut NetworkObjects {
-        &mut self.dictionary.objects.application.network
+        &mut self.objects_mut().application.network
     }
 
     pub fn errors(&self) -> &ActiveErrors {
-        &self.dictionary.objects.application.errors
+        &self.objects().application.errors
     }
 
     pub fn errors_mut(&mut self) -> &mut ActiveErrors {
-        &mut self.dictionary.objects.application.errors
+        &mut self.objects_mut().application.errors
     }
 }

@@ -78,7 +78,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             Err(Error::BusChanged) => ReadOutcome::BusChanged,
             Err(_) => ReadOutcome::Refused,
         };
-        let (timeout, errors) = (self.services.lifetimes.sdo, self.services.errors_mut());
+        let (timeout, errors) = (self.services.sdo_lifetime(), self.services.errors_mut());
         if let Some(node) = self.errors.no_sooner().on_answer(answer, errors, timeout, turn.until) {
             turn.out.event(MasterEvent::ErrorsRead { node });
         }

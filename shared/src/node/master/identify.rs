@@ -76,7 +76,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         match outcome {
             Err(Error::BusChanged) => peers.ask_again(node),
             Err(Error::Timeout) => {
-                self.identification.no_sooner().not_before = turn.until + self.services.lifetimes.sdo;
+                self.identification.no_sooner().not_before = turn.until + self.services.sdo_lifetime();
                 if peers.on_no_answer(node, turn.until) {
                     turn.out.event(MasterEvent::UnknownNode { node });
                 }

@@ -1,6 +1,6 @@
 //! NMT state of the master itself (CiA 301 7.3.2).
 
-use super::{Master, MasterEvent, Turn, objects};
+use super::{Master, MasterEvent, MasterServices, Turn, objects};
 use crate::nmt::machine::Reaction;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::{BusCommand, SpacecraftDevice};
@@ -15,10 +15,9 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         turn.out.command(self.redundancy.active(), BusCommand::Send(boot_up));
         self.is_booting = true;
         self.services.configure(turn.now);
-        let objects = &self.services.dictionary.objects;
-        let sync = self.sync.change(&mut self.services.wakes);
-        sync.configure(objects.communication.sync.config(), turn.now);
-        sync.set_dither(objects.application.network.sync_dither);
+        let sync = self.sync.change(self.services.wakes_mut());
+        sync.configure(self.services.objects().communication.sync.config(), turn.now);
+        sync.set_dither(self.services.network().sync_dither);
         sync.start(turn.now);
         self.entered(state, turn);
     }
@@ -62,9 +61,9 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             Reaction::Unchanged | Reaction::ResetNode => {}
             Reaction::Entered(state) => self.entered(state, turn),
             Reaction::ResetCommunication => {
-                self.initial.restore(&mut self.services.dictionary.objects);
+                self.initial.restore(self.services.objects_mut());
                 self.services.load(Group::Communication);
-                let objects = &self.services.dictionary.objects;
+                let objects = self.services.objects();
                 let redundancy = objects::written_redundancy(objects, &self.initial);
                 self.take_assignments();
                 self.redundancy_mut().configure(redundancy, turn.now);

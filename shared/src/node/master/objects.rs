@@ -1,14 +1,13 @@
 //! Dictionary of the master, and effects of written objects.
 
-use async_canopen::node::extend::{SdoStep, Wakes};
+use async_canopen::node::extend::SdoStep;
 
 use super::MasterServices;
 use super::declared::MasterObjects;
 use super::{Master, Turn};
 use crate::boot::machine::Assignment;
 use crate::emcy::{ActiveErrors, DeviceError, EmcyConsumers, ErrorCode, PostMortem};
-use crate::heartbeat::ConsumerSlots;
-use crate::heartbeat::machine::monitored;
+use crate::heartbeat::{ConsumerSlots, HeartbeatTimes};
 use crate::link::machine::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::NetworkObjects;
@@ -18,7 +17,7 @@ use crate::node::index::{
 };
 use crate::node::network_objects::entry;
 use crate::node::services::LiveServices;
-use crate::node::services::{Services, carries_time};
+use crate::node::services::carries_time;
 use crate::node::{
     Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, SpacecraftDevice, assert_device,
 };
@@ -91,8 +90,8 @@ impl Initial {
 
     fn spacecraft(&self, post_mortem: PostMortem) -> Spacecraft {
         let mut spacecraft = Spacecraft::default();
-        spacecraft.redundancy.parameters = (&self.redundancy).into();
-        spacecraft.post_mortem.record = post_mortem;
+        spacecraft.set_redundancy(&self.redundancy);
+        spacecraft.set_post_mortem(post_mortem);
         spacecraft
     }
 
@@ -168,35 +167,33 @@ pub(super) fn written_redundancy<D: SpacecraftDevice>(
     initial: &Initial,
 ) -> Parameters {
     // The longest: no decision goes before a slave's own time.
-    let in_use = objects.consumers.entries().iter().filter(|entry| monitored(**entry).is_some());
-    let longest = in_use.map(|entry| *entry as u16).max();
-    let consumer = longest.map_or(initial.redundancy.consumer, |time| Duration::from_millis(u64::from(time)));
-    let producer = Duration::from_millis(u64::from(objects.communication.heartbeat.time));
-    objects.extension.redundancy.parameters.parameters(consumer, producer)
+    let consumer = objects.consumers.longest_time().unwrap_or(initial.redundancy.consumer);
+    let producer = objects.communication.heartbeat.period();
+    objects.extension.redundancy(HeartbeatTimes { consumer, producer })
 }
 
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns the object dictionary.
     pub fn objects(&self) -> &NodeObjects<MasterObjects<D>> {
-        &self.services.dictionary.objects
+        self.services.objects()
     }
 
     /// Returns the object dictionary alone, for a data sheet.
     pub fn into_objects(self) -> NodeObjects<MasterObjects<D>> {
-        self.services.dictionary.objects
+        self.services.into_objects()
     }
 
     /// Takes a request to the SDO server.
     pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, turn: &mut Turn) {
         self.services.refresh_for(frame, turn.now);
         if !self.redundancy.is_announced() || !self.redundancy.state().allows_sdo() {
-            return self.services.counters.ignored(bus);
+            return self.services.count_ignored(bus);
         }
         let Turn { now, out, .. } = turn;
-        let expires = *now + self.services.lifetimes.sdo;
+        let expires = *now + self.services.sdo_lifetime();
         let send = &mut |frame| out.send_until(bus, frame, expires);
         if !self.serve(SdoStep::Request(frame), *now, send) {
-            self.services.counters.malformed(bus);
+            self.services.count_malformed(bus);
         }
         if let Some(at) = self.services.take_written() {
             self.on_written(at, turn);
@@ -206,7 +203,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Goes on with a save that runs, and answers its client at its end.
     pub(super) fn advance_save(&mut self, turn: &mut Turn) {
         if let Some((Some(answer), _)) = self.services.advance_save(turn.now) {
-            turn.out.send_for(self.redundancy.active(), answer, turn.now, self.services.lifetimes.sdo);
+            turn.out.send_for(self.redundancy.active(), answer, turn.now, self.services.sdo_lifetime());
         }
     }
 
@@ -230,19 +227,16 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Applies a new value of an object.
     pub(super) fn follow(&mut self, at: Address, now: Instant) {
-        let objects = &self.services.dictionary.objects;
-        self.sync.change(&mut self.services.wakes).follow(at, &objects.communication.sync, now);
+        let sync = self.sync.change(self.services.wakes_mut());
+        sync.follow(at, &self.services.objects().communication.sync, now);
         match at.index {
             CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY => {
-                let redundancy = written_redundancy(objects, &self.initial);
-                let machine = self.redundancy.change(&mut self.services.wakes);
-                machine.peers_mut().set_times(objects.consumers.entries());
-                machine.configure(redundancy, now);
+                let written = written_redundancy(self.services.objects(), &self.initial);
+                self.follow_consumers();
+                self.redundancy_mut().configure(written, now);
             }
             SYNC_COB_ID | RPDO..=LAST_TPDO_MAPPING => self.filters_mut().note_change(),
-            SYNC_DITHER => {
-                self.sync.change(&mut self.services.wakes).set_dither(objects.application.network.sync_dither)
-            }
+            SYNC_DITHER => sync.set_dither(self.services.network().sync_dither),
             RANGING => self.services.network_mut().ranging.heard = 0,
             ASSIGNMENT => {
                 if let Some(node) = NodeId::new(at.sub) {
@@ -255,9 +249,14 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Before power-on, and when communication is reset: objects 1016h and 1F81h.
     pub(super) fn take_assignments(&mut self) {
-        let entries = self.services.dictionary.objects.consumers.entries();
-        self.redundancy.change(&mut self.services.wakes).peers_mut().set_times(entries);
+        self.follow_consumers();
         (1..=127).filter_map(NodeId::new).for_each(|node| self.take_assignment(node));
+    }
+
+    /// Takes the consumer times of 1016h.
+    fn follow_consumers(&mut self) {
+        let redundancy = self.redundancy.change(self.services.wakes_mut());
+        redundancy.peers_mut().set_times(self.services.objects().consumers.entries());
     }
 
     fn take_assignment(&mut self, node: NodeId) {
@@ -296,27 +295,10 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// A heartbeat on the active bus, for the consumers of 1016h.
-    pub(super) fn on_monitored(&mut self, node: NodeId, state: NmtState, at: Instant) {
-        let Services { monitor, wakes, .. } = &mut self.services;
-        let heard = monitor.step(wakes, |monitor| monitor.on_heartbeat(node, state, at));
-        if heard.is_some_and(|heard| heard.resolved) {
-            self.services.clear(ErrorCode::HEARTBEAT, node.get());
-        }
-    }
-
-    pub(super) fn device_deadline(&self) -> Option<Instant> {
-        let mut wakes = Wakes::never();
-        self.services.settle(self.reporting_state(), &mut wakes);
-        wakes.deadline()
-    }
-
     pub(super) fn run_device(&mut self, turn: &mut Turn) {
-        while let Some(missed) = self.services.monitor.no_sooner().poll(turn.until) {
-            self.services.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
-        }
+        while self.services.poll_monitor(turn.until).is_some() {}
         self.send_due(turn);
-        let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
+        let (bus, lifetime) = (self.redundancy.active(), self.services.sdo_lifetime());
         if self.services.is_sdo_busy() {
             let Turn { until, now, out } = turn;
             let send = &mut |frame| out.send_for(bus, frame, *now, lifetime);
@@ -325,7 +307,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     }
 
     /// Returns the state that decides whether emergencies may be sent.
-    fn reporting_state(&self) -> NmtState {
+    pub(super) fn reporting_state(&self) -> NmtState {
         if self.is_booting { NmtState::Initialising } else { self.redundancy.state() }
     }
 

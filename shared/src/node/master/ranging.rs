@@ -5,6 +5,7 @@ use super::MasterServices;
 use crate::link::Stamp;
 use crate::node::Ranging;
 use crate::node::SpacecraftDevice;
+use crate::node::services::TimeServices;
 use crate::redundancy::MasterBoards;
 use crate::types::{Bus, CobId, NodeId};
 
@@ -23,13 +24,13 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// A heartbeat whose end is of interest: of the slave in 2044h, or its own.
     pub(super) fn is_ranged(&self, id: CobId) -> bool {
         let of_slave = NodeId::new(self.ranging().node).is_some_and(|node| id == CobId::heartbeat(node));
-        of_slave || self.services.state.time.is_ranged() && id == CobId::heartbeat(NodeId::MASTER)
+        of_slave || self.services.time().is_ranged() && id == CobId::heartbeat(NodeId::MASTER)
     }
 
     /// A heartbeat of a slave on the active bus.
     pub(super) fn on_ranged(&mut self, node: NodeId, stamp: &Stamp) {
         if node.get() == self.ranging().node {
-            let heard = self.services.state.time.clock().at(stamp.fine()).units();
+            let heard = self.services.time().clock().at(stamp.fine()).units();
             self.services.network_mut().ranging.heard = heard;
         }
     }
@@ -47,7 +48,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns the values of the slave in 2044h.
     pub(crate) fn ranged(&self) -> Ranged {
         let bus = self.redundancy.active();
-        let correction = &self.services.dictionary.objects.extension.clock.correction;
+        let correction = self.services.objects().extension.correction();
         Ranged { bus, heard: self.ranging().heard, correction: correction.of(bus).unwrap_or(0) }
     }
 }

@@ -12,11 +12,11 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Takes a received frame. Schedules the next run as early as its effect needs: most frames have none.
     pub(super) fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if !self.redundancy.is_joined(bus) {
-            return self.services.counters.ignored(bus);
+            return self.services.count_ignored(bus);
         }
         let id = frame.id();
         let producer = self.boot.producer(id).filter(|node| *node != NodeId::MASTER);
-        let verdict = self.redundancy.step(&mut self.services.wakes, |redundancy| {
+        let verdict = self.redundancy.step(self.services.wakes_mut(), |redundancy| {
             redundancy.on_frame(bus, producer, stamp.at);
             redundancy.on_received(bus, frame, stamp.at, turn.now)
         });
@@ -28,16 +28,16 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
         match verdict {
             MasterVerdict::OtherMaster(action) => {
-                self.services.counters.ignored(bus);
+                self.services.count_ignored(bus);
                 self.act_if(action, turn);
             }
             MasterVerdict::Claim(action) => self.act_if(action, turn),
             MasterVerdict::Heartbeat { node, state } => {
-                self.services.counters.taken(bus, frame);
+                self.services.count_heartbeat(bus, frame);
                 self.on_heartbeat(bus, node, state, *stamp, turn);
             }
             MasterVerdict::Response(node) => self.on_response(bus, node, frame, turn),
-            MasterVerdict::Malformed => self.services.counters.malformed(bus),
+            MasterVerdict::Malformed => self.services.count_malformed(bus),
             MasterVerdict::Other => self.on_other_frame(bus, frame, stamp, producer, turn),
         }
     }
@@ -53,12 +53,12 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     ) {
         let id = frame.id();
         if bus != self.redundancy.active() {
-            return self.services.counters.ignored(bus);
+            return self.services.count_ignored(bus);
         }
         if self.redundancy.state().allows_pdo() && self.services.on_pdo(bus, frame, stamp, turn) {
             // Only an Operational node sends PDOs.
             if let Some(node) = producer {
-                self.boot.step(&mut self.services.wakes, |boot| boot.on_synchronous(node));
+                self.boot.step(self.services.wakes_mut(), |boot| boot.on_synchronous(node));
             }
         } else if D::RAW_FRAMES.contains(&id) {
             turn.out.event(MasterEvent::Frame { bus, frame: *frame });
@@ -68,15 +68,15 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                     self.follow_errors(node, &emergency, turn);
                     turn.out.event(MasterEvent::Emergency { node, bus, emergency });
                 }
-                None => self.services.counters.malformed(bus),
+                None => self.services.count_malformed(bus),
             }
         } else {
-            self.services.counters.ignored(bus);
+            self.services.count_ignored(bus);
         }
     }
 
     pub(super) fn consumes_emergency(&self, id: CobId, node: NodeId) -> bool {
-        let emergencies = &self.services.dictionary.objects.application.emergencies;
+        let emergencies = &self.services.objects().application.emergencies;
         node != NodeId::MASTER && id == CobId::emcy(node) && emergencies.consumes(node)
     }
 
@@ -86,7 +86,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let is_judged = is_here || state != NmtState::Operational;
         let state = if is_judged { self.judge_state(node, state, stamp.at, turn) } else { state };
         let Self { redundancy, boot, identification, services, .. } = self;
-        let wakes = &mut services.wakes;
+        let wakes = services.wakes_mut();
         let heard = redundancy.step(wakes, |redundancy| redundancy.on_heartbeat(bus, node, state, stamp.at));
         let may_start = boot.step(wakes, |boot| boot.on_heartbeat(node, state, is_here, heard.returned));
         let is_wanted = redundancy.peers().is_any_unasked();
@@ -102,10 +102,10 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             if state.allows_sdo() || state == NmtState::Initialising {
                 // A slave that left Operational may have been reset where its boot-up message was not heard.
                 let may_have_booted = state == NmtState::Initialising || heard.changed && !state.allows_pdo();
-                let wakes = &mut self.services.wakes;
+                let wakes = self.services.wakes_mut();
                 self.errors.step(wakes, |errors| errors.on_heard(node, may_have_booted, stamp.at));
             }
-            self.on_monitored(node, state, stamp.at);
+            self.services.on_peer_heartbeat(node, state, stamp.at);
             self.on_ranged(node, &stamp);
         }
         // A minimal slave has no NMT commands (ECSS 9.4.6.1a).
@@ -146,7 +146,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             if bus == self.redundancy.active() {
                 self.services.on_frame_end(frame, true, turn.now);
                 // The master is the one that has to know.
-                self.services.dictionary.emcy.no_sooner().confirm();
+                self.services.confirm_emergencies();
             }
         } else if self.services.is_sync(frame.id()) {
             self.boot_mut().on_sync_sent();

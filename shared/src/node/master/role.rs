@@ -27,7 +27,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     #[inline(always)] // constant for one board
     pub(crate) fn withheld_time(&self) -> Option<CobId> {
         let is_known = self.redundancy.standby().is_none_or(|standby| standby.has_begun());
-        if is_known || self.services.state.time.clock().is_set() {
+        if is_known || self.services.time().clock().is_set() {
             return None;
         }
         self.services.time_pdo().map(|pdo| pdo.id)
@@ -36,14 +36,14 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Power-on of one of two boards: it listens, silent on both buses.
     pub(super) fn listen(&mut self, turn: &mut Turn) {
         self.services.configure(turn.now);
-        self.services.buses.no_sooner().listen(turn.out);
+        self.services.buses_mut().listen(turn.out);
         self.show_role();
     }
 
     /// Becomes active.
     pub(super) fn take_over(&mut self, bus: Bus, turn: &mut Turn) {
         self.services.show_redundancy(self.redundancy.parameters(), turn.now);
-        self.services.buses.no_sooner().join(bus, turn.out);
+        self.services.buses_mut().join(bus, turn.out);
         self.errors_mut().restart();
         self.boot_up(turn);
         self.boot_mut().start(turn.now);
@@ -51,11 +51,11 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Becomes the standby of another active master.
     pub(super) fn stand_by(&mut self, turn: &mut Turn) {
-        self.services.buses.no_sooner().listen(turn.out);
-        self.services.dictionary.emcy.change(&mut self.services.wakes).recall(turn.now);
+        self.services.buses_mut().listen(turn.out);
+        self.services.recall_emergencies(turn.now);
         self.drop_transfers(turn.now);
         self.boot_mut().stand_by();
-        *self.identification.change(&mut self.services.wakes) = super::Identification::default();
+        *self.identification.change(self.services.wakes_mut()) = super::Identification::default();
         self.end_clashes(Instant::NEVER, turn);
         for bus in Bus::ALL {
             self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
@@ -87,11 +87,11 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let verdict = self.redundancy_mut().on_received(bus, frame, stamp.at, turn.now);
         match verdict {
             MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
-                self.services.counters.taken(bus, frame);
+                self.services.count_heartbeat(bus, frame);
                 self.act_if(action, turn);
             }
             MasterVerdict::Heartbeat { node, state } => {
-                self.services.counters.taken(bus, frame);
+                self.services.count_heartbeat(bus, frame);
                 let heard = self.redundancy_mut().on_overheard(bus, node, state, stamp.at);
                 self.boot_mut().on_overheard(node, state);
                 if heard.changed {
@@ -103,7 +103,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             MasterVerdict::Response(node) => {
                 self.redundancy_mut().on_answer(node, stamp.at);
             }
-            MasterVerdict::Malformed => self.services.counters.malformed(bus),
+            MasterVerdict::Malformed => self.services.count_malformed(bus),
             MasterVerdict::Other => self.overhear_emergency(bus, frame, turn),
         }
     }
@@ -114,7 +114,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             Some((node, emergency)) if self.consumes_emergency(frame.id(), node) => {
                 self.follow_errors(node, &emergency, turn);
             }
-            _ => self.services.counters.ignored(bus),
+            _ => self.services.count_ignored(bus),
         }
     }
 
@@ -128,13 +128,13 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let action = self.redundancy_mut().on_sync_or_time(bus, stamp.at, turn.now);
         self.act_if(action, turn);
         if bus != self.redundancy.active() {
-            self.services.counters.ignored(bus);
+            self.services.count_ignored(bus);
         } else if self.services.is_sync(frame.id()) {
             self.boot_mut().on_sync_overheard();
             // A wrong length is reported by the master that is active.
             let _ = self.services.on_sync(bus, frame, stamp);
         } else if !self.services.overhear_time(frame, stamp, turn) {
-            self.services.counters.ignored(bus);
+            self.services.count_ignored(bus);
         }
     }
 }

@@ -47,7 +47,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             Some(_) => Refusal::NotOperational,
             None => Refusal::NotValid,
         };
-        self.services.counters.refused(self.redundancy.active());
+        self.services.count_refused(self.redundancy.active());
         Err(refusal)
     }
 
@@ -56,16 +56,16 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// # Errors
     /// [`Refusal::NotValid`], [`Refusal::Busy`]; both are counted on the active bus.
     pub fn send_pdo(&mut self, number: usize, now: Instant) -> Result<(), Refusal> {
-        let tpdos = &mut self.services.dictionary.tpdos;
-        let refusal = if !(tpdos.is_valid(number) && self.redundancy.state().allows_pdo()) {
+        let is_valid = self.services.is_tpdo_valid(number) && self.redundancy.state().allows_pdo();
+        let refusal = if !is_valid {
             Refusal::NotValid
         } else if !self.redundancy.has_room() {
             Refusal::Busy
         } else {
-            tpdos.change(&mut self.services.wakes).trigger(number, now);
+            self.services.trigger(number, now);
             return Ok(());
         };
-        self.services.counters.refused(self.redundancy.active());
+        self.services.count_refused(self.redundancy.active());
         Err(refusal)
     }
 
@@ -81,7 +81,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         now: Instant,
     ) -> Result<(), Refusal> {
         if !self.may_command(node) {
-            self.services.counters.refused(self.redundancy.active());
+            self.services.count_refused(self.redundancy.active());
             return Err(Refusal::NotOperational);
         }
         self.send_frame(pdo.of(node).frame(values), now)
@@ -103,7 +103,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// [`Refusal::NotValid`] for a restricted COB-ID (CiA 301 7.3.5) and if the master is not Operational,
     /// [`Refusal::Busy`]. Both are counted on the active bus.
     pub fn send_frame(&mut self, frame: Frame, now: Instant) -> Result<(), Refusal> {
-        let expires = now + self.services.lifetimes.event;
+        let expires = now + self.services.event_lifetime();
         let refusal = if frame.id().is_restricted() || !self.redundancy.state().allows_pdo() {
             Refusal::NotValid
         } else if !self.redundancy_mut().queue(Outgoing { frame, expires }) {
@@ -111,7 +111,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         } else {
             return Ok(());
         };
-        self.services.counters.refused(self.redundancy.active());
+        self.services.count_refused(self.redundancy.active());
         Err(refusal)
     }
 }

@@ -144,7 +144,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         turn: &mut Turn,
         step: impl FnOnce(&mut Client, &mut dyn FnMut(sdo::machine::Payload)) -> R,
     ) -> R {
-        let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
+        let (bus, lifetime) = (self.redundancy.active(), self.services.sdo_lifetime());
         let Turn { now, out, .. } = turn;
         let transfers = self.transfers_mut();
         let id = CobId::sdo_request(transfers.node);
@@ -154,7 +154,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// An SDO response on the active bus.
     pub(super) fn on_response(&mut self, bus: Bus, node: NodeId, frame: &Frame, turn: &mut Turn) {
         let Ok(payload) = <&sdo::machine::Payload>::try_from(frame.data()) else {
-            return self.services.counters.malformed(bus);
+            return self.services.count_malformed(bus);
         };
         // Not announced: what comes belongs to nothing that was asked here.
         let is_ours = node == self.transfers.node && self.redundancy.is_announced();
@@ -163,7 +163,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             is_ours && self.with_client(turn, |client, mut send| client.on_response(payload, now, &mut send));
         self.transfers_mut().is_due = true;
         if !was_used {
-            self.services.counters.ignored(bus);
+            self.services.count_ignored(bus);
             if self.redundancy.peers().is_answer_late(node) {
                 self.redundancy_mut().on_answer(node, turn.now);
             }
@@ -200,7 +200,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         (transfers.is_due, transfers.pause) = (true, Some(turn.now + AFTER_SWITCH));
         self.serve(SdoStep::BusChanged, turn.now, &mut |frame| *of_server = Some(frame));
         for frame in aborts.into_iter().flatten() {
-            self.send(frame, self.services.lifetimes.sdo, turn);
+            self.send(frame, self.services.sdo_lifetime(), turn);
         }
     }
 
@@ -223,7 +223,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         transfers.pause = None;
         transfers.wake(now);
         self.serve(SdoStep::BusChanged, now, &mut |_| {});
-        self.services.dictionary.stored.give_up();
+        self.services.storage_mut().give_up();
     }
 
     /// Lets the client do what is due.

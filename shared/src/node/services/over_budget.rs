@@ -19,9 +19,7 @@ impl<D: SpacecraftDevice> Services<D> {
     #[inline(always)] // called from one place
     pub fn over_budget(&mut self, id: CobId, over: Over) -> bool {
         let raw = id.raw();
-        let shown = &mut self.dictionary.objects.extension.over_budget;
-        (shown.refused, shown.last) = (shown.refused.saturating_add(1), raw);
-        shown.silenced = shown.silenced.saturating_add(u16::from(over == Over::Node));
+        self.objects_mut().extension.count_refused(id, over == Over::Node);
         let source = match over {
             Over::CobId => COB_ID | (raw >> 7) as u8,
             Over::Node => NODE,

@@ -9,14 +9,14 @@ use crate::node::SpacecraftDevice;
 impl<D: SpacecraftDevice> Services<D> {
     /// Notes that a heartbeat or boot-up message was sent.
     pub fn on_heartbeat_sent(&mut self) {
-        if core::mem::take(&mut self.state.is_reset_due) {
+        if self.state_mut().take_reset() {
             self.report_reset();
         }
     }
 
     #[inline(never)] // once
     pub fn report_reset(&mut self) {
-        if let Some((code, info)) = self.dictionary.objects.extension.post_mortem.record.emergency() {
+        if let Some((code, info)) = self.objects().extension.reset_emergency() {
             self.report_past(code, info);
         }
     }

@@ -11,8 +11,8 @@ impl<D: SpacecraftDevice> Slave<D> {
     /// A frame was refused.
     #[inline(never)] // seldom
     pub(super) fn on_over_budget(&mut self, id: CobId, over: Over, turn: &mut Turn) {
-        self.budget.settle(&mut self.canopen.services.wakes);
-        if self.canopen.services.over_budget(id, over) {
+        self.budget.settle(self.canopen.wakes_mut());
+        if self.canopen.services_mut().over_budget(id, over) {
             turn.out.event(SlaveEvent::OverBudget { id });
         }
         if over == Over::Node {
@@ -28,7 +28,7 @@ impl<D: SpacecraftDevice> Slave<D> {
                 self.canopen.check_node_id();
                 self.boot(turn);
             }
-            Some(BudgetStep::Calm) => self.canopen.services.within_budget(),
+            Some(BudgetStep::Calm) => self.canopen.services_mut().within_budget(),
             None => {}
         }
     }

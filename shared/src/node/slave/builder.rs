@@ -2,6 +2,7 @@
 
 use super::Slave;
 use crate::emcy::PostMortem;
+use crate::node::stored::Stored;
 use crate::node::{Hardware, SpacecraftDevice};
 use crate::profile::Profile;
 use crate::store::identity::MAINTENANCE;
@@ -88,17 +89,17 @@ impl<D: SpacecraftDevice> Slave<D> {
     /// Takes what the board has, before power-on.
     fn equip(&mut self, hardware: Hardware) {
         let Hardware { store, retained, post_mortem, late_heartbeats } = hardware;
-        self.canopen.services.dictionary.objects.extension.post_mortem.record = post_mortem;
-        if self.canopen.control.id() == MAINTENANCE {
+        self.canopen.services_mut().objects_mut().extension.set_post_mortem(post_mortem);
+        if self.canopen.id() == MAINTENANCE {
             return self.maintain(store);
         }
-        self.canopen.control.no_sooner().set_pattern(late_heartbeats);
+        self.canopen.control_mut().set_pattern(late_heartbeats);
         if let Some(words) = retained {
             self.retain(words);
         }
         if let Some(store) = store {
             self.show_node_id(store);
-            self.canopen.services.dictionary.stored.store = Some(store);
+            *self.canopen.services_mut().storage_mut() = Stored::new(Some(store));
             self.load_all();
         }
     }

@@ -11,16 +11,17 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.canopen.on_bus_event(bus, bus == self.redundancy.selected(), event, turn);
         match event {
             LinkEvent::Transmitted { frame, stamp } => {
-                let id = self.canopen.control.id();
+                let id = self.canopen.id();
                 if frame.id() == CobId::heartbeat(id) {
-                    self.canopen.services.note_heartbeat(stamp);
-                    self.canopen.services.on_heartbeat_sent();
+                    let services = self.canopen.services_mut();
+                    services.note_heartbeat(stamp);
+                    services.on_heartbeat_sent();
                 }
-                let wakes = &mut self.canopen.services.wakes;
+                let wakes = self.canopen.wakes_mut();
                 self.redundancy.step(wakes, |redundancy| redundancy.on_sent(frame, stamp.at, id));
             }
             LinkEvent::Failed { frame, .. } => {
-                let wakes = &mut self.canopen.services.wakes;
+                let wakes = self.canopen.wakes_mut();
                 self.redundancy.step(wakes, |redundancy| redundancy.on_end(frame));
             }
             _ => {}

@@ -17,13 +17,12 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.load_all();
         if let Some(store) = store {
             self.show_node_id(store);
-            self.canopen.services.dictionary.stored.maintained = Some(store);
+            self.canopen.services_mut().storage_mut().maintain(store);
         }
     }
 
     /// Object 2046h.
     pub(super) fn show_node_id(&mut self, store: &mut (dyn ParameterStore + Send)) {
-        let id = store.node_id().map_or(0, |id| id.get().into());
-        self.canopen.services.dictionary.objects.extension.identity.stored = id;
+        self.canopen.services_mut().objects_mut().extension.show_node_id(store.node_id());
     }
 }

@@ -22,7 +22,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     ) -> Option<Address> {
         E::sample_for(&mut self.services, frame, turn.now);
         if !self.serve(SdoStep::Request(frame), bus, turn) {
-            self.services.counters.malformed(bus);
+            self.services.count_malformed(bus);
         }
         self.services.take_written()
     }
@@ -31,7 +31,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     #[inline(never)] // of three callers
     pub fn serve(&mut self, step: SdoStep, bus: Bus, turn: &mut Turn<'_, E::SlaveEvent>) -> bool {
         let (now, out) = (turn.now, &mut *turn.out);
-        let expires = now + self.services.lifetimes.sdo;
+        let expires = now + self.services.sdo_lifetime();
         self.services.serve(step, now, &mut move |frame| out.send_until(bus, frame, expires))
     }
 
@@ -39,12 +39,12 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     #[inline] // row `instructions.sync_tpdo_static`
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn<'_, E::SlaveEvent>) {
         if let Ok(counter) = self.services.on_sync(bus, frame, stamp) {
-            if self.control.state().allows_pdo() {
+            if self.state().allows_pdo() {
                 self.services.exchange(bus, counter, None, turn);
             }
             turn.out.event(E::SlaveEvent::sync(bus, *stamp));
         } else {
-            self.services.counters.malformed(bus);
+            self.services.count_malformed(bus);
         }
     }
 

@@ -6,7 +6,6 @@ use crate::link::port::Health;
 use crate::node::buses::BusNews;
 use crate::node::events::SlaveEvents;
 use crate::node::services::Extension;
-use crate::node::services::Services;
 use crate::node::turn::Turn;
 use crate::node::{Device, FailCause, LinkEvent};
 use crate::types::{Bus, CobId, Duration, Frame, Instant};
@@ -24,11 +23,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         event: &LinkEvent,
         turn: &mut Turn<'_, E::SlaveEvent>,
     ) {
-        self.services.counters.on_link(bus, event);
-        // Recoveries begin and end here.
-        let Services { buses, wakes, .. } = &mut self.services;
-        let news = buses.step(wakes, |buses| buses.on_link(bus, event, turn.now));
-        match news {
+        match self.services.on_link(bus, event, turn.now) {
             Some(BusNews::Health(health)) => self.on_health(bus, health, turn),
             Some(BusNews::Failed(health)) => {
                 self.on_health(bus, health, turn);
