@@ -118,7 +118,7 @@ impl<D: SpacecraftDevice> Slave<D> {
             state: self.canopen.state(),
             active: self.redundancy.selected(),
             redundancy: *self.redundancy.parameters(),
-            counters: *self.canopen.services().counters(),
+            counters: *self.canopen.services().buses().counters(),
             health: *self.canopen.services().buses().health(),
         }
     }
@@ -138,7 +138,7 @@ impl<D: SpacecraftDevice> Slave<D> {
 
     /// Resets the counters of both buses to zero.
     pub fn reset_counters(&mut self) {
-        self.canopen.services_mut().reset_counters();
+        self.canopen.buses_mut().reset_counters();
     }
 
     /// Returns the local spacecraft time.
@@ -162,7 +162,7 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
 
     fn start(&mut self, turn: &mut Turn) {
         let bus = self.redundancy.selected();
-        self.canopen.services_mut().buses_mut().join(bus, turn.out);
+        self.canopen.buses_mut().join(bus, turn.out);
         turn.out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn });
         self.boot(turn);
         self.run(turn);
@@ -176,10 +176,10 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        self.canopen.services_mut().count_received(bus);
+        self.canopen.buses_mut().count_received(bus);
         if !self.canopen.is_due(turn.now) {
             if !self.canopen.may_take(frame.id()) {
-                return self.canopen.services_mut().count_ignored(bus);
+                return self.canopen.buses_mut().count_ignored(bus);
             }
             return self.on_frame(bus, frame, stamp, turn);
         }

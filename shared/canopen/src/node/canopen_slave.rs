@@ -55,7 +55,7 @@ impl<D: Device> CanopenSlave<D> {
 
     /// Returns the counters of the frames of the bus.
     pub fn counters(&self) -> &Counters {
-        &self.canopen.services().counters()[BUS]
+        &self.canopen.services().buses().counters()[BUS]
     }
 
     /// Takes an event of the application: sends a transmit PDO (0 is the first) by its transmission type. Refuses
@@ -91,7 +91,7 @@ impl<D: Device> CanopenSlave<D> {
         } else if D::RAW_FRAMES.contains(&id) && state != NmtState::Initialising {
             turn.out.event(Event::Frame(*frame));
         } else {
-            self.services_mut().count_ignored(BUS);
+            self.canopen.buses_mut().count_ignored(BUS);
         }
         self.run(turn);
     }
@@ -104,7 +104,7 @@ impl<D: Device> CanopenSlave<D> {
 
     fn on_nmt(&mut self, frame: &Frame, turn: &mut Turn) {
         let Some(message) = NmtMessage::decode(frame) else {
-            return self.services_mut().count_malformed(BUS);
+            return self.canopen.buses_mut().count_malformed(BUS);
         };
         if !message.target.includes(self.canopen.id()) || self.state() == NmtState::Initialising {
             return;
@@ -157,7 +157,7 @@ impl<D: Device> Node for CanopenSlave<D> {
     }
 
     fn start(&mut self, turn: &mut Turn) {
-        self.services_mut().buses_mut().join_one(BUS, turn.out);
+        self.canopen.buses_mut().join_one(BUS, turn.out);
         self.boot(turn);
         self.run(turn);
     }
@@ -173,7 +173,7 @@ impl<D: Device> Node for CanopenSlave<D> {
     }
 
     fn on_received(&mut self, _bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        self.services_mut().count_received(BUS);
+        self.canopen.buses_mut().count_received(BUS);
         // A frame is judged by its end.
         turn.until = stamp.at.min(turn.now);
         self.run(turn);
@@ -181,7 +181,7 @@ impl<D: Device> Node for CanopenSlave<D> {
         if self.canopen.may_take(frame.id()) || D::RAW_FRAMES.contains(&frame.id()) {
             self.on_frame(frame, stamp, turn);
         } else {
-            self.services_mut().count_ignored(BUS);
+            self.canopen.buses_mut().count_ignored(BUS);
         }
     }
 

@@ -22,7 +22,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             Sending::Now(bus) => turn.out.command(bus, BusCommand::Send(outgoing)),
             Sending::Held => {}
             Sending::Refused(bus) => {
-                self.services.count_refused(bus);
+                self.services.buses_mut().count_refused(bus);
                 return false;
             }
         }
@@ -63,7 +63,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             MasterAction::SendTime => self.services.trigger_time(turn.now),
             MasterAction::Expired { bus, frame } => self.fail(bus, frame, FailCause::Expired, turn),
             MasterAction::Left { bus, frame } => self.fail(bus, frame, FailCause::BusLeft, turn),
-            MasterAction::Refused(bus) => self.services.count_refused(bus),
+            MasterAction::Refused(bus) => self.services.buses_mut().count_refused(bus),
             MasterAction::Switched { from, to, cause } => {
                 self.switch(from, to, turn);
                 turn.out.event(MasterEvent::BusSwitched { from, to, cause });
@@ -113,7 +113,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Leaves a bus for the other one.
     fn switch(&mut self, from: Bus, to: Bus, turn: &mut Turn) {
         self.services.buses_mut().change(from, to, turn.out);
-        self.services.recall_emergencies(turn.now);
+        self.services.emcy_mut().recall(turn.now);
         self.services.announce(turn.now);
         // With selective access the health of the bus that was left is unknown now, and that of the new one still.
         self.report_health(from, turn);
@@ -123,7 +123,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// A frame waited for the announcement of a bus in vain.
     fn fail(&mut self, bus: Bus, frame: Frame, cause: FailCause, turn: &mut Turn) {
-        self.services.count(bus, &LinkEvent::Failed { frame, cause });
+        self.services.buses_mut().count(bus, &LinkEvent::Failed { frame, cause });
         self.on_failed(bus, &frame, cause, turn);
     }
 }

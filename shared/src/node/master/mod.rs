@@ -267,7 +267,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             state: self.redundancy.state(),
             active: self.redundancy.active(),
             redundancy: *self.redundancy.parameters(),
-            counters: *self.services.counters(),
+            counters: *self.services.buses().counters(),
             health: *self.services.buses().health(),
         }
     }
@@ -298,7 +298,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        self.services.count_received(bus);
+        self.services.buses_mut().count_received(bus);
         // A frame is judged by its end.
         turn.until = stamp.at.min(turn.now);
         self.run(turn);

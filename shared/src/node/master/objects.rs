@@ -187,13 +187,13 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, turn: &mut Turn) {
         self.services.refresh_for(frame, turn.now);
         if !self.redundancy.is_announced() || !self.redundancy.state().allows_sdo() {
-            return self.services.count_ignored(bus);
+            return self.services.buses_mut().count_ignored(bus);
         }
         let Turn { now, out, .. } = turn;
         let expires = *now + self.services.sdo_lifetime();
         let send = &mut |frame| out.send_until(bus, frame, expires);
         if !self.serve(SdoStep::Request(frame), *now, send) {
-            self.services.count_malformed(bus);
+            self.services.buses_mut().count_malformed(bus);
         }
         if let Some(at) = self.services.take_written() {
             self.on_written(at, turn);

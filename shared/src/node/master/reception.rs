@@ -12,7 +12,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Takes a received frame. Schedules the next run as early as its effect needs: most frames have none.
     pub(super) fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if !self.redundancy.is_joined(bus) {
-            return self.services.count_ignored(bus);
+            return self.services.buses_mut().count_ignored(bus);
         }
         let id = frame.id();
         let producer = self.boot.producer(id).filter(|node| *node != NodeId::MASTER);
@@ -28,16 +28,16 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
         match verdict {
             MasterVerdict::OtherMaster(action) => {
-                self.services.count_ignored(bus);
+                self.services.buses_mut().count_ignored(bus);
                 self.act_if(action, turn);
             }
             MasterVerdict::Claim(action) => self.act_if(action, turn),
             MasterVerdict::Heartbeat { node, state } => {
-                self.services.count_heartbeat(bus, frame);
+                self.services.buses_mut().count_heartbeat(bus, frame);
                 self.on_heartbeat(bus, node, state, *stamp, turn);
             }
             MasterVerdict::Response(node) => self.on_response(bus, node, frame, turn),
-            MasterVerdict::Malformed => self.services.count_malformed(bus),
+            MasterVerdict::Malformed => self.services.buses_mut().count_malformed(bus),
             MasterVerdict::Other => self.on_other_frame(bus, frame, stamp, producer, turn),
         }
     }
@@ -53,7 +53,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     ) {
         let id = frame.id();
         if bus != self.redundancy.active() {
-            return self.services.count_ignored(bus);
+            return self.services.buses_mut().count_ignored(bus);
         }
         if self.redundancy.state().allows_pdo() && self.services.on_pdo(bus, frame, stamp, turn) {
             // Only an Operational node sends PDOs.
@@ -68,10 +68,10 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                     self.follow_errors(node, &emergency, turn);
                     turn.out.event(MasterEvent::Emergency { node, bus, emergency });
                 }
-                None => self.services.count_malformed(bus),
+                None => self.services.buses_mut().count_malformed(bus),
             }
         } else {
-            self.services.count_ignored(bus);
+            self.services.buses_mut().count_ignored(bus);
         }
     }
 
@@ -139,7 +139,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     pub(super) fn on_transmitted(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, turn: &mut Turn) {
         if self.redundancy_mut().on_sent(bus, frame.id(), stamp.at) {
             self.is_booting = false;
-            self.services.allow_emergencies();
+            self.services.emcy_mut();
             self.services.note_heartbeat(&stamp);
             self.services.on_heartbeat_sent();
         } else if self.services.is_emergency(frame.id()) {

@@ -52,7 +52,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Becomes the standby of another active master.
     pub(super) fn stand_by(&mut self, turn: &mut Turn) {
         self.services.buses_mut().listen(turn.out);
-        self.services.recall_emergencies(turn.now);
+        self.services.emcy_mut().recall(turn.now);
         self.drop_transfers(turn.now);
         self.boot_mut().stand_by();
         *self.identification.change(self.services.wakes_mut()) = super::Identification::default();
@@ -87,11 +87,11 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let verdict = self.redundancy_mut().on_received(bus, frame, stamp.at, turn.now);
         match verdict {
             MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
-                self.services.count_heartbeat(bus, frame);
+                self.services.buses_mut().count_heartbeat(bus, frame);
                 self.act_if(action, turn);
             }
             MasterVerdict::Heartbeat { node, state } => {
-                self.services.count_heartbeat(bus, frame);
+                self.services.buses_mut().count_heartbeat(bus, frame);
                 let heard = self.redundancy_mut().on_overheard(bus, node, state, stamp.at);
                 self.boot_mut().on_overheard(node, state);
                 if heard.changed {
@@ -103,7 +103,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             MasterVerdict::Response(node) => {
                 self.redundancy_mut().on_answer(node, stamp.at);
             }
-            MasterVerdict::Malformed => self.services.count_malformed(bus),
+            MasterVerdict::Malformed => self.services.buses_mut().count_malformed(bus),
             MasterVerdict::Other => self.overhear_emergency(bus, frame, turn),
         }
     }
@@ -114,7 +114,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             Some((node, emergency)) if self.consumes_emergency(frame.id(), node) => {
                 self.follow_errors(node, &emergency, turn);
             }
-            _ => self.services.count_ignored(bus),
+            _ => self.services.buses_mut().count_ignored(bus),
         }
     }
 
@@ -128,13 +128,13 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let action = self.redundancy_mut().on_sync_or_time(bus, stamp.at, turn.now);
         self.act_if(action, turn);
         if bus != self.redundancy.active() {
-            self.services.count_ignored(bus);
+            self.services.buses_mut().count_ignored(bus);
         } else if self.services.is_sync(frame.id()) {
             self.boot_mut().on_sync_overheard();
             // A wrong length is reported by the master that is active.
             let _ = self.services.on_sync(bus, frame, stamp);
         } else if !self.services.overhear_time(frame, stamp, turn) {
-            self.services.count_ignored(bus);
+            self.services.buses_mut().count_ignored(bus);
         }
     }
 }

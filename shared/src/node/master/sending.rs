@@ -47,7 +47,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             Some(_) => Refusal::NotOperational,
             None => Refusal::NotValid,
         };
-        self.services.count_refused(self.redundancy.active());
+        self.services.buses_mut().count_refused(self.redundancy.active());
         Err(refusal)
     }
 
@@ -56,7 +56,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// # Errors
     /// [`Refusal::NotValid`], [`Refusal::Busy`]; both are counted on the active bus.
     pub fn send_pdo(&mut self, number: usize, now: Instant) -> Result<(), Refusal> {
-        let is_valid = self.services.is_tpdo_valid(number) && self.redundancy.state().allows_pdo();
+        let is_valid = self.services.tpdos().is_valid(number) && self.redundancy.state().allows_pdo();
         let refusal = if !is_valid {
             Refusal::NotValid
         } else if !self.redundancy.has_room() {
@@ -65,7 +65,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             self.services.trigger(number, now);
             return Ok(());
         };
-        self.services.count_refused(self.redundancy.active());
+        self.services.buses_mut().count_refused(self.redundancy.active());
         Err(refusal)
     }
 
@@ -81,7 +81,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         now: Instant,
     ) -> Result<(), Refusal> {
         if !self.may_command(node) {
-            self.services.count_refused(self.redundancy.active());
+            self.services.buses_mut().count_refused(self.redundancy.active());
             return Err(Refusal::NotOperational);
         }
         self.send_frame(pdo.of(node).frame(values), now)
@@ -93,8 +93,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let id = frame.id();
         // PDOs have the function codes between those of emergencies and of SDO responses.
         let is_process_data = (0x180..0x580).contains(&id.raw());
-        let is_raw = is_process_data && !self.services.is_tpdo(id);
-        is_raw || self.services.is_lost_event(frame)
+        let is_raw = is_process_data && !self.services.tpdos().has(id);
+        is_raw || self.services.tpdos().is_event(frame.id())
     }
 
     /// Sends a frame that no PDO covers, with the lifetime of event-driven PDOs.
@@ -111,7 +111,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         } else {
             return Ok(());
         };
-        self.services.count_refused(self.redundancy.active());
+        self.services.buses_mut().count_refused(self.redundancy.active());
         Err(refusal)
     }
 }

@@ -154,7 +154,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// An SDO response on the active bus.
     pub(super) fn on_response(&mut self, bus: Bus, node: NodeId, frame: &Frame, turn: &mut Turn) {
         let Ok(payload) = <&sdo::machine::Payload>::try_from(frame.data()) else {
-            return self.services.count_malformed(bus);
+            return self.services.buses_mut().count_malformed(bus);
         };
         // Not announced: what comes belongs to nothing that was asked here.
         let is_ours = node == self.transfers.node && self.redundancy.is_announced();
@@ -163,7 +163,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             is_ours && self.with_client(turn, |client, mut send| client.on_response(payload, now, &mut send));
         self.transfers_mut().is_due = true;
         if !was_used {
-            self.services.count_ignored(bus);
+            self.services.buses_mut().count_ignored(bus);
             if self.redundancy.peers().is_answer_late(node) {
                 self.redundancy_mut().on_answer(node, turn.now);
             }

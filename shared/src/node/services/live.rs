@@ -63,7 +63,7 @@ impl<D: SpacecraftDevice> Services<D> {
 
     /// Samples the live objects for transmit PDOs that are due by an event or a timer.
     pub fn sample_events(&mut self, until: Instant) {
-        if self.state().carries_live_value() && self.is_tpdo_due(until) {
+        if self.state().carries_live_value() && self.tpdos().deadline().is_some_and(|due| due <= until) {
             self.refresh_time_of_events(until);
             self.refresh_carried(until);
         }

@@ -180,7 +180,7 @@ impl<D: SpacecraftDevice> Services<D> {
         let pdo = self.objects().pdos.rpdos().0.get(number);
         let by_sync = pdo.is_some_and(|pdo| is_synchronous(pdo.transmission));
         if !self.follow_time(kind, by_sync, stamp, turn) {
-            self.count_malformed(bus);
+            self.buses_mut().count_malformed(bus);
         }
     }
 

@@ -19,7 +19,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         turn: &mut Turn,
         decide: impl FnOnce(&mut SlaveRedundancy, &mut SlaveStep) -> R,
     ) -> R {
-        let received = self.canopen.services().received_frames();
+        let received = self.canopen.services().buses().received();
         let mut step = SlaveStep::new(turn.now, self.canopen.control(), received);
         let result = decide(self.redundancy.no_sooner(), &mut step);
         let actions = step.into_actions();
@@ -51,7 +51,7 @@ impl<D: SpacecraftDevice> Slave<D> {
             self.redundancy.no_sooner().on_usual_frame(bus, frame, stamp.at, self.canopen.control());
         match verdict.unwrap_or_else(|| self.on_rare_frame(bus, frame, stamp, turn)) {
             SlaveVerdict::Heard => {
-                self.canopen.services_mut().count_heartbeat(bus, frame);
+                self.canopen.buses_mut().count_heartbeat(bus, frame);
                 if frame.bits() == 0 {
                     // A boot-up message: another master, or the same one that has forgotten all.
                     self.canopen.services_mut().announce(turn.now);
@@ -60,10 +60,10 @@ impl<D: SpacecraftDevice> Slave<D> {
                 }
                 turn.out.event(SlaveEvent::Heartbeat { bus });
             }
-            SlaveVerdict::Taken => self.canopen.services_mut().count_heartbeat(bus, frame),
+            SlaveVerdict::Taken => self.canopen.buses_mut().count_heartbeat(bus, frame),
             SlaveVerdict::Peer => self.canopen.on_peer_heartbeat(bus, frame, stamp, turn),
-            SlaveVerdict::Ignored => self.canopen.services_mut().count_ignored(bus),
-            SlaveVerdict::Malformed => self.canopen.services_mut().count_malformed(bus),
+            SlaveVerdict::Ignored => self.canopen.buses_mut().count_ignored(bus),
+            SlaveVerdict::Malformed => self.canopen.buses_mut().count_malformed(bus),
         }
         self.run(turn);
     }
@@ -83,7 +83,7 @@ impl<D: SpacecraftDevice> Slave<D> {
                 return self.change_state(turn, NodeControl::on_master_missed);
             }
             SlaveAction::FallSilent { bus } => {
-                canopen.services_mut().hasten_emergencies();
+                canopen.services_mut().emcy_mut().hasten();
                 canopen.run_device(bus, turn);
                 return self.change_state(turn, NodeControl::fall_silent);
             }
@@ -119,8 +119,8 @@ impl<D: SpacecraftDevice> Slave<D> {
     fn use_bus(&mut self, bus: Bus, cause: BusCause, is_new: bool, turn: &mut Turn) {
         let canopen = &mut self.canopen;
         if is_new {
-            canopen.services_mut().recall_emergencies(turn.now);
-            canopen.services_mut().buses_mut().change(bus.other(), bus, turn.out);
+            canopen.services_mut().emcy_mut().recall(turn.now);
+            canopen.buses_mut().change(bus.other(), bus, turn.out);
             // Aborts the running transfer and reports it on the new bus.
             canopen.serve(SdoStep::BusChanged, bus, turn);
         }

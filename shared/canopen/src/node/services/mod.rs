@@ -3,7 +3,6 @@
 //! It knows no redundancy. The node passes it frames of the active bus and the NMT state, and sends the frames that it
 //! returns.
 
-mod buses;
 mod dictionary;
 mod emergencies;
 mod extension;
@@ -18,10 +17,9 @@ mod sharing;
 
 use self::guarded::Guarded;
 use self::second_sdo::SecondServer;
-use super::buses::Buses;
-use super::counters::BusCounters;
+use super::buses::{BusNews, Buses};
 use super::turn::{Timed, Wakes};
-use super::{Device, Settings};
+use super::{Device, LinkEvent, Settings};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::machine::Heard;
 use crate::heartbeat::{ConsumerSlots, Monitor, monitored};
@@ -29,7 +27,7 @@ use crate::link::Stamp;
 
 use crate::node::index;
 use crate::od::CobIdEntry;
-use crate::pdo::PdoSlots;
+use crate::pdo::{PdoSlots, Tpdos};
 use crate::sdo::{SdoServers, Server};
 use crate::sync;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed};
@@ -59,7 +57,6 @@ pub struct Services<D: Device, E: Extension<D>> {
     /// State of the parts beyond CANopen.
     state: E::State,
     buses: Timed<Buses>,
-    counters: BusCounters,
     lifetimes: Lifetimes,
     /// Second copies of its COB-IDs.
     guarded: Guarded<D::Pdos>,
@@ -100,7 +97,6 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
             second_sdo: D::Sdo::second(|| SecondServer::new(settings.sdo_timeout)),
             state: state(),
             buses: Timed::new(Buses::new(settings.access, settings.bus_off)),
-            counters: BusCounters::default(),
             lifetimes: Lifetimes {
                 heartbeat: settings.heartbeats.producer,
                 synchronous,
@@ -157,6 +153,27 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     /// Lends the parameter store.
     pub fn storage_mut(&mut self) -> &mut E::Storage {
         self.dictionary.storage_mut()
+    }
+
+    /// Returns the buses of the node.
+    pub fn buses(&self) -> &Buses {
+        &self.buses
+    }
+
+    /// Lends the buses for a change that makes nothing due earlier.
+    pub fn buses_mut(&mut self) -> &mut Buses {
+        self.buses.no_sooner()
+    }
+
+    /// Counts an event of a bus and follows the error state of its controller. Returns a change that the node has to report.
+    pub fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant) -> Option<BusNews> {
+        // Recoveries begin and end here.
+        self.buses.step(self.dictionary.wakes_mut(), |buses| buses.on_link(bus, event, now))
+    }
+
+    /// Returns the transmit PDOs.
+    pub fn tpdos(&self) -> &Tpdos<D::Pdos> {
+        self.dictionary.tpdos()
     }
 
     /// Returns the lifetime of a heartbeat.
@@ -241,14 +258,9 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         Some(missed.node)
     }
 
-    /// Returns whether a transmit PDO has this COB-ID.
-    pub fn is_tpdo(&self, id: CobId) -> bool {
-        self.dictionary.tpdos().has(id)
-    }
-
     /// Takes a new NMT state. A transfer ends without an abort if SDO is not allowed in it.
     pub fn entered(&mut self, state: NmtState, now: Instant) {
-        self.allow_emergencies();
+        self.emcy_mut();
         if !state.allows_sdo() {
             self.end_transfers();
         }

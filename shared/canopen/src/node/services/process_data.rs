@@ -58,10 +58,10 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     /// Receive PDOs that waited for the SYNC.
     #[inline(never)] // few SYNCs find any
     fn end_sync<V: NodeEvent<Extension = E::Event>>(&mut self, bus: Bus, turn: &mut Turn<V>) {
-        let Self { dictionary, counters, .. } = self;
+        let Self { dictionary, buses, .. } = self;
         dictionary.apply_waiting(&mut |number, all| {
             let pdo = SetRpdo::new(const { &D::PDOS }, number as u16);
-            if all { turn.out.event(V::synchronised(pdo)) } else { counters.count_malformed(bus) }
+            if all { turn.out.event(V::synchronised(pdo)) } else { buses.no_sooner().count_malformed(bus) }
         });
     }
 
@@ -104,19 +104,14 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
             }
             Taken::Applied => turn.out.event(V::pdo(received::<D>(number, bus, frame, stamp))),
             Taken::Held => {}
-            Taken::OutsideWindow => self.count_ignored(bus),
-            Taken::Rejected | Taken::Refused => self.count_malformed(bus),
+            Taken::OutsideWindow => self.buses_mut().count_ignored(bus),
+            Taken::Rejected | Taken::Refused => self.buses_mut().count_malformed(bus),
         }
     }
 
     /// Sends all states of the application from `at` on.
     pub(crate) fn send_states(&mut self, at: Instant) {
         self.dictionary.send_states(at);
-    }
-
-    /// Returns whether a transmit PDO (0 is the first) is valid.
-    pub fn is_tpdo_valid(&self, number: usize) -> bool {
-        self.dictionary.tpdos().is_valid(number)
     }
 
     /// Triggers a transmit PDO (0 is the first): it goes out by its transmission type.
@@ -127,11 +122,6 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     /// Notes that an object changed: an event for all TPDOs that carry it.
     pub fn on_changed(&mut self, at: Address, now: Instant) {
         self.dictionary.on_changed(at, now);
-    }
-
-    /// Returns whether a transmit PDO is due by an event or a timer.
-    pub fn is_tpdo_due(&self, until: Instant) -> bool {
-        self.dictionary.tpdos().deadline().is_some_and(|due| due <= until)
     }
 
     /// Sends what is due, except SDO responses. Each frame has the end of its lifetime and a flag: it is

@@ -22,7 +22,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     ) -> Option<Address> {
         E::sample_for(&mut self.services, frame, turn.now);
         if !self.serve(SdoStep::Request(frame), bus, turn) {
-            self.services.count_malformed(bus);
+            self.services.buses_mut().count_malformed(bus);
         }
         self.services.take_written()
     }
@@ -44,7 +44,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
             }
             turn.out.event(E::SlaveEvent::sync(bus, *stamp));
         } else {
-            self.services.count_malformed(bus);
+            self.services.buses_mut().count_malformed(bus);
         }
     }
 

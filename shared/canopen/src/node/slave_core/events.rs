@@ -35,7 +35,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         if let LinkEvent::Transmitted { frame, .. } = event
             && self.control.no_sooner().on_sent(frame)
         {
-            self.services.allow_emergencies();
+            self.services.emcy_mut();
         }
         match event {
             LinkEvent::Transmitted { frame, .. } => {
@@ -47,7 +47,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
             LinkEvent::Failed { frame, cause } => {
                 self.on_sent(frame, turn.now);
                 // What is over the budget is reported as such.
-                if *cause != FailCause::OverBudget && self.services.is_lost_event(frame) {
+                if *cause != FailCause::OverBudget && self.services.tpdos().is_event(frame.id()) {
                     turn.out.event(E::SlaveEvent::not_sent(bus, frame.id(), frame.padded()));
                 } else if is_active {
                     self.services.on_frame_end(frame, false, turn.now);

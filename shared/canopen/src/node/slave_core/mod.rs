@@ -7,6 +7,7 @@ mod device;
 mod events;
 mod filters;
 
+use super::buses::Buses;
 use super::events::SlaveEvents;
 use super::services::Services;
 use super::turn::{Timed, Turn, Wakes};
@@ -78,6 +79,11 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     /// Returns the dictionary alone.
     pub fn into_objects(self) -> NodeObjects<D, E> {
         self.services.into_objects()
+    }
+
+    /// Lends the buses for a change that makes nothing due earlier.
+    pub fn buses_mut(&mut self) -> &mut Buses {
+        self.services.buses_mut()
     }
 
     /// Returns NMT state and heartbeat of the node.
@@ -175,12 +181,12 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         turn: &mut Turn<'_, E::SlaveEvent>,
     ) {
         let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
-            return self.services.count_malformed(bus);
+            return self.services.buses_mut().count_malformed(bus);
         };
         let Some(heard) = self.services.on_peer_heartbeat(node, state, stamp.at) else {
-            return self.services.count_ignored(bus);
+            return self.services.buses_mut().count_ignored(bus);
         };
-        self.services.count_heartbeat(bus, frame);
+        self.services.buses_mut().count_heartbeat(bus, frame);
         if heard.before != Some(state) {
             turn.out.event(E::SlaveEvent::peer_state(node, state));
         }
@@ -282,10 +288,10 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     /// Sends a transmit PDO (0 is the first) by its transmission type. Refuses it, and counts that on `bus`,
     /// unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, bus: Bus, number: usize, now: Instant) {
-        if self.state().allows_pdo() && self.services.is_tpdo_valid(number) {
+        if self.state().allows_pdo() && self.services.tpdos().is_valid(number) {
             self.services.trigger(number, now);
         } else {
-            self.services.count_refused(bus);
+            self.services.buses_mut().count_refused(bus);
         }
     }
 }
