@@ -1,19 +1,15 @@
 //! The master node.
 
-mod actions;
-mod boot;
-mod budget;
 mod builder;
 mod declared;
-mod errors;
 mod filters;
-mod identify;
-mod network;
+mod initial;
 mod objects;
 mod ranging;
 mod reception;
-mod role;
+mod requests;
 mod sending;
+mod states;
 mod transfers;
 
 pub use builder::MasterBuilder;
@@ -22,10 +18,11 @@ use declared::MasterServices;
 
 use async_canopen::node::extend::{BusNews, Part, Storage, Timed};
 
-use self::budget::Budgets;
 use self::filters::{FUNCTIONS, SentFilters};
-use self::identify::Identification;
-use self::objects::Initial;
+use self::initial::Initial;
+use self::ranging::RangingServices;
+use self::requests::Identification;
+use self::sending::Budgets;
 use self::transfers::Transfers;
 use super::services::{Services, State, TimeServices};
 use super::settings;
@@ -82,7 +79,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         Master {
             clashes: StateClashes::default(),
             identification: Timed::new(Identification::default()),
-            errors: Timed::new(ErrorReader::new(errors::PERIOD)),
+            errors: Timed::new(ErrorReader::new(requests::PERIOD)),
             budgets: Timed::new(Budgets::new(profile)),
             sync: Timed::new(sync::machine::Producer::with(initial.communication::<D>().sync.config())),
             stamped: profile.stamped,
@@ -90,9 +87,9 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             is_booting: true,
             filters: Timed::new(SentFilters::new()),
             // Large ones last: the compiler makes them in their places where no loop follows.
-            boot: Timed::new(boot::at_power_on(profile)),
+            boot: Timed::new(requests::boot_at_power_on(profile)),
             transfers: Timed::new(Transfers::new(profile.sdo_timeout, profile.network.bit_rate)),
-            redundancy: Timed::new(MasterRedundancy::new(boards, &objects::setup(profile))),
+            redundancy: Timed::new(MasterRedundancy::new(boards, &initial::setup(profile))),
             services: Services::new(
                 NodeId::MASTER,
                 || initial.objects(profile, device, post_mortem),
@@ -193,7 +190,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         if self.services.storage().is_there() {
             self.services.load(Group::All);
             let objects = self.services.objects();
-            let redundancy = objects::written_redundancy(objects, &self.initial);
+            let redundancy = initial::written_redundancy(objects, &self.initial);
             self.redundancy_mut().restore(redundancy);
             self.filters_mut().note_change();
         }
@@ -334,7 +331,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
         let is_measured = if self.services.is_sync(id) {
             sync::is_sync_length(frame)
         } else {
-            self.stamped.contains(&id) || self.is_ranged(id)
+            self.stamped.contains(&id) || self.services.is_ranged(id)
         };
         is_measured && bus == self.redundancy.active()
     }

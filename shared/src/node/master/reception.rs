@@ -1,5 +1,6 @@
-//! Received frames of the master, and the results of the frames that it sent.
+//! Received frames of the master, active or standby, and the results of the frames that it sent.
 
+use super::ranging::RangingServices;
 use super::{Master, MasterEvent, Turn};
 use crate::emcy::{Emergency, ErrorCode};
 use crate::link::Stamp;
@@ -90,7 +91,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let heard = redundancy.step(wakes, |redundancy| redundancy.on_heartbeat(bus, node, state, stamp.at));
         let may_start = boot.step(wakes, |boot| boot.on_heartbeat(node, state, is_here, heard.returned));
         let is_wanted = redundancy.peers().is_any_unasked();
-        identification.step(wakes, |identification| identification.is_wanted = is_wanted);
+        identification.step(wakes, |identification| identification.set_wanted(is_wanted));
         if heard.returned {
             turn.out.event(MasterEvent::SlaveReturned { node, bus });
         }
@@ -106,7 +107,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                 self.errors.step(wakes, |errors| errors.on_heard(node, may_have_booted, stamp.at));
             }
             self.services.on_peer_heartbeat(node, state, stamp.at);
-            self.on_ranged(node, &stamp);
+            self.services.on_ranged(node, &stamp);
         }
         // A minimal slave has no NMT commands (ECSS 9.4.6.1a).
         if let Some(message) = heard.command(node, state, may_start)
@@ -179,6 +180,65 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         // A heartbeat given up because its bus was left belongs to an earlier stay on it.
         if cause != FailCause::BusLeft {
             self.redundancy_mut().on_failed(bus, frame.id());
+        }
+    }
+
+    /// Takes a frame while another master is active.
+    pub(super) fn overhear(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
+        if self.is_of_master(frame.id()) {
+            return self.overhear_unacknowledged(bus, frame, stamp, turn);
+        }
+        let verdict = self.redundancy_mut().on_received(bus, frame, stamp.at, turn.now);
+        match verdict {
+            MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
+                self.services.buses_mut().count_heartbeat(bus, frame);
+                self.act_if(action, turn);
+            }
+            MasterVerdict::Heartbeat { node, state } => {
+                self.services.buses_mut().count_heartbeat(bus, frame);
+                let heard = self.redundancy_mut().on_overheard(bus, node, state, stamp.at);
+                self.boot_mut().on_overheard(node, state);
+                if heard.changed {
+                    self.show_state(node, state.byte());
+                    turn.out.signal(MasterEvent::SlaveState { node, bus, state });
+                }
+            }
+            // An answer to the active master: it is a slave.
+            MasterVerdict::Response(node) => {
+                self.redundancy_mut().on_answer(node, stamp.at);
+            }
+            MasterVerdict::Malformed => self.services.buses_mut().count_malformed(bus),
+            MasterVerdict::Other => self.overhear_emergency(bus, frame, turn),
+        }
+    }
+
+    /// Takes the emergencies of slaves, so that a takeover loses none.
+    fn overhear_emergency(&mut self, bus: Bus, frame: &Frame, turn: &mut Turn) {
+        match Emergency::decode(frame) {
+            Some((node, emergency)) if self.consumes_emergency(frame.id(), node) => {
+                self.follow_errors(node, &emergency, turn);
+            }
+            _ => self.services.buses_mut().count_ignored(bus),
+        }
+    }
+
+    /// Returns whether only an active master sends this beside heartbeat and claims: SYNC, the spacecraft time.
+    fn is_of_master(&self, id: CobId) -> bool {
+        self.services.is_sync(id) || self.services.time_pdo().is_some_and(|pdo| pdo.id == id)
+    }
+
+    /// Takes a frame that only a master sends, perhaps in place of its heartbeat.
+    fn overhear_unacknowledged(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
+        let action = self.redundancy_mut().on_sync_or_time(bus, stamp.at, turn.now);
+        self.act_if(action, turn);
+        if bus != self.redundancy.active() {
+            self.services.buses_mut().count_ignored(bus);
+        } else if self.services.is_sync(frame.id()) {
+            self.boot_mut().on_sync_overheard();
+            // A wrong length is reported by the master that is active.
+            let _ = self.services.on_sync(bus, frame, stamp);
+        } else if !self.services.overhear_time(frame, stamp, turn) {
+            self.services.buses_mut().count_ignored(bus);
         }
     }
 }

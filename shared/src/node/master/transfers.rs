@@ -24,7 +24,7 @@ const GAP_BITS: u32 = 300;
 /// A server that follows to another bus aborts its transfer there: what is sent until then would be taken for aborted.
 const AFTER_SWITCH: Duration = Duration::from_millis(10);
 
-/// Whose transfer it is.
+/// Owner of the transfer that runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Owner {
     Nobody,
@@ -40,12 +40,12 @@ pub(super) enum Owner {
 
 #[derive(Debug)]
 pub(super) struct Transfers {
-    pub client: Client,
-    pub owner: Owner,
-    /// Whose server.
-    pub node: NodeId,
+    client: Client,
+    owner: Owner,
+    /// Node-ID of the server.
+    node: NodeId,
     /// Something was done to the client: it may have something to send.
-    pub is_due: bool,
+    is_due: bool,
     gap: Duration,
     /// Nothing is sent before.
     pause: Option<Instant>,
@@ -87,6 +87,33 @@ impl Transfers {
     pub fn take(&mut self, owner: Owner, node: NodeId) -> &mut Client {
         (self.owner, self.node, self.is_due) = (owner, node, true);
         &mut self.client
+    }
+
+    /// Returns whether there is no transfer.
+    pub fn is_free(&self) -> bool {
+        self.owner == Owner::Nobody
+    }
+
+    /// Returns whether the running transfer is one of `owner`.
+    pub fn is_of(&self, owner: Owner) -> bool {
+        self.owner == owner
+    }
+
+    /// Returns the Node-ID of the server.
+    pub const fn node(&self) -> NodeId {
+        self.node
+    }
+
+    /// Takes received bytes of the transfer. Returns their number.
+    pub fn pull(&mut self, into: &mut [u8]) -> usize {
+        self.client.pull(into)
+    }
+
+    /// Returns the end of the transfer, once. Then the client is free.
+    pub fn finish(&mut self) -> Option<Result<usize, sdo::Error>> {
+        let outcome = self.client.outcome()?;
+        self.owner = Owner::Nobody;
+        Some(outcome)
     }
 
     /// Wakes the tasks that can continue.
