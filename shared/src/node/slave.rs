@@ -1,11 +1,8 @@
 //! A slave node.
 
-mod budget;
 mod builder;
-mod bus_events;
 #[cfg(test)]
 mod flipped;
-mod maintenance;
 mod objects;
 mod redundancy;
 mod retained;
@@ -18,9 +15,9 @@ use super::services::State;
 use super::settings;
 use super::{ParallelAccess, SlaveEvent, Spacecraft, SpacecraftDevice, Status, objects as own_objects};
 use crate::link::Stamp;
-use crate::link::budget::Budget;
+use crate::link::budget::{Budget, BudgetStep, Over};
 use crate::link::port::Filter;
-use crate::node::services::TimeServices;
+use crate::node::services::{SpacecraftServices, TimeServices};
 use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};
@@ -144,6 +141,53 @@ impl<D: SpacecraftDevice> Slave<D> {
     /// Returns the local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
         self.canopen.services().scet(now)
+    }
+
+    fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
+        self.canopen.on_bus_event(bus, bus == self.redundancy.selected(), event, turn);
+        match event {
+            LinkEvent::Transmitted { frame, stamp } => {
+                let id = self.canopen.id();
+                if frame.id() == CobId::heartbeat(id) {
+                    let services = self.canopen.services_mut();
+                    services.note_heartbeat(stamp);
+                    services.on_heartbeat_sent();
+                }
+                let wakes = self.canopen.wakes_mut();
+                self.redundancy.step(wakes, |redundancy| redundancy.on_sent(frame, stamp.at, id));
+            }
+            LinkEvent::Failed { frame, .. } => {
+                let wakes = self.canopen.wakes_mut();
+                self.redundancy.step(wakes, |redundancy| redundancy.on_end(frame));
+            }
+            _ => {}
+        }
+        self.run(turn);
+    }
+
+    /// A frame was refused.
+    #[inline(never)] // seldom
+    fn on_over_budget(&mut self, id: CobId, over: Over, turn: &mut Turn) {
+        self.budget.settle(self.canopen.wakes_mut());
+        if self.canopen.services_mut().over_budget(id, over) {
+            turn.out.event(SlaveEvent::OverBudget { id });
+        }
+        if over == Over::Node {
+            self.decide(turn, |redundancy, step| redundancy.silence(step));
+        }
+    }
+
+    fn run_budget(&mut self, turn: &mut Turn) {
+        match self.budget.no_sooner().poll(turn.until) {
+            Some(BudgetStep::Resume) => {
+                self.redundancy.no_sooner().resume();
+                // ECSS 6.10k: the boot-up message has the Node-ID.
+                self.canopen.check_node_id();
+                self.boot(turn);
+            }
+            Some(BudgetStep::Calm) => self.canopen.services_mut().within_budget(),
+            None => {}
+        }
     }
 }
 

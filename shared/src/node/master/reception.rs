@@ -4,7 +4,7 @@ use super::ranging::RangingServices;
 use super::{Master, MasterEvent, Turn};
 use crate::emcy::{Emergency, ErrorCode};
 use crate::link::Stamp;
-use crate::node::services::{PostMortemServices, TimeServices};
+use crate::node::services::{SpacecraftServices, TimeServices};
 use crate::node::{FailCause, SpacecraftDevice};
 use crate::redundancy::{MasterBoards, MasterVerdict, Parameters};
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};

@@ -8,7 +8,7 @@ use crate::link::budget::{Budget, BudgetStep, Over, is_sdo};
 use crate::link::machine::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::minimal::MinimalPdos;
-use crate::node::services::BudgetServices;
+use crate::node::services::SpacecraftServices;
 use crate::node::{BusCommand, FailCause, LinkEvent, Refusal, SpacecraftDevice};
 use crate::pdo::{Pdo, PdoValues};
 use crate::profile::{MinimalNode, Profile};

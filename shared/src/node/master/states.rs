@@ -11,7 +11,7 @@ use crate::emcy::ErrorCode;
 use crate::link::port::{ErrorState, Health};
 use crate::nmt::machine::Reaction;
 use crate::nmt::{Command, NmtMessage, Target};
-use crate::node::services::{LiveServices, RedundancyServices, TimeServices};
+use crate::node::services::{LiveServices, SpacecraftServices, TimeServices};
 use crate::node::{BusCommand, FailCause, MasterRole, SpacecraftDevice};
 use crate::redundancy::{MasterAction, MasterBoards, Role, RoleChange};
 use crate::store::Group;

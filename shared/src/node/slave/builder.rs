@@ -5,9 +5,10 @@ use crate::emcy::PostMortem;
 use crate::node::stored::Stored;
 use crate::node::{Hardware, SpacecraftDevice};
 use crate::profile::Profile;
+use crate::redundancy::Parameters;
 use crate::store::identity::MAINTENANCE;
 use crate::store::{ParameterStore, RetainedMemory};
-use crate::types::NodeId;
+use crate::types::{Bus, Duration, NodeId};
 
 /// Builder of a [`Slave`]. A board gives all that its slave uses at once, as `hardware`:
 ///
@@ -102,5 +103,24 @@ impl<D: SpacecraftDevice> Slave<D> {
             *self.canopen.services_mut().storage_mut() = Stored::new(Some(store));
             self.load_all();
         }
+    }
+
+    /// Makes it a slave in maintenance mode: see [`Slave::builder`].
+    fn maintain(&mut self, store: Option<&'static mut (dyn ParameterStore + Send)>) {
+        // Without a consumer time there is no search, without a producer time no heartbeat.
+        let (consumer, producer) = (Duration::ZERO, Duration::ZERO);
+        self.initial = Parameters { consumer, producer, bdefault: Bus::Nominal, ..self.initial };
+        self.canopen.maintain();
+        // Nothing is loaded; Bdefault is selected.
+        self.load_all();
+        if let Some(store) = store {
+            self.show_node_id(store);
+            self.canopen.services_mut().storage_mut().maintain(store);
+        }
+    }
+
+    /// Object 2046h.
+    fn show_node_id(&mut self, store: &mut (dyn ParameterStore + Send)) {
+        self.canopen.services_mut().objects_mut().extension.show_node_id(store.node_id());
     }
 }

@@ -4,7 +4,7 @@ use super::Slave;
 use crate::emcy::DeviceError;
 use crate::link::Stamp;
 use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
-use crate::node::services::RedundancyServices;
+use crate::node::services::SpacecraftServices;
 use crate::node::slave::Turn;
 use crate::node::{DeviceNode, NodeObjects, SelfTest, SpacecraftDevice};
 use crate::store::Group;

@@ -6,7 +6,7 @@ use super::Slave;
 use crate::heartbeat::machine::NodeControl;
 use crate::link::Stamp;
 use crate::nmt::machine::Reaction;
-use crate::node::services::RedundancyServices;
+use crate::node::services::SpacecraftServices;
 use crate::node::slave::Turn;
 use crate::node::{SlaveEvent, SpacecraftDevice};
 use crate::redundancy::{BusCause, SlaveAction, SlaveRedundancy, SlaveStep, SlaveVerdict};

@@ -2,7 +2,7 @@
 
 use super::Slave;
 use crate::node::SpacecraftDevice;
-use crate::node::services::RedundancyServices;
+use crate::node::services::SpacecraftServices;
 use crate::node::slave::Turn;
 use crate::redundancy::Retained;
 use crate::store::{Group, RetainedMemory};

@@ -19,7 +19,7 @@ use crate::node::Device;
 use crate::node::index::{EMCY_COB_ID, LAST_RPDO, LAST_TPDO, RPDO, SYNC_COB_ID, TPDO};
 use crate::node::services::extension::Extension;
 use crate::node::services::rules::{SYNC_IS_USED, is_channel};
-use crate::od::CobIdEntry;
+use crate::od::copies::{Copied, Copies};
 use crate::pdo::{Direction, PdoSlots};
 use crate::sdo::SdoServers;
 use crate::types::{Address, CobId, Instant, NodeId, Sealed};
@@ -34,51 +34,6 @@ const HEARTBEATS: usize = 32;
 const SYNC: usize = 0;
 const EMCY: usize = 1;
 const FIRST_RPDO: usize = 2;
-
-/// A COB-ID and its complement.
-#[derive(Clone, Copy, Debug)]
-pub struct Copied([u32; 2]);
-
-impl Copied {
-    /// Copy of no COB-ID. It is replaced before it is compared.
-    pub const NONE: Copied = Copied([0; 2]);
-
-    const fn of(cob_id: u32) -> Copied {
-        Copied([cob_id, !cob_id])
-    }
-
-    /// Returns the copied value, unless a bit has flipped.
-    fn whole(self) -> Option<u32> {
-        let Copied([cob_id, complement]) = self;
-        (cob_id == !complement).then_some(cob_id)
-    }
-}
-
-/// The three copies of a COB-ID.
-pub struct Copies<'a> {
-    object: &'a mut u32,
-    second: &'a mut Copied,
-    in_use: Sealed,
-    /// Bits of the object that the service uses.
-    used: u32,
-}
-
-impl<'a> Copies<'a> {
-    /// Takes the object, the second copy, and the COB-ID that the service uses. All bits of the object are in use.
-    pub fn new(object: &'a mut u32, second: &'a mut Copied, in_use: Sealed) -> Self {
-        Copies { object, second, in_use, used: u32::MAX }
-    }
-
-    /// Corrects object and second copy. Returns whether one of the three was wrong.
-    fn correct(self) -> bool {
-        let whole = self.second.whole();
-        let right = whole.unwrap_or(*self.object);
-        let is_used = Sealed::maybe(CobIdEntry::from_raw(right & self.used).cob_id()) == self.in_use;
-        let is_right = is_used && whole == Some(*self.object);
-        (*self.object, *self.second) = (right, Copied::of(right));
-        !is_right
-    }
-}
 
 /// Corrects the one of three copies of a Node-ID that differs from the others. Returns whether one
 /// differed.
@@ -159,8 +114,8 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     fn copy_cob_id(&mut self, number: usize) {
-        if let Some(Copies { object, second, .. }) = self.copies(number) {
-            *second = Copied::of(*object);
+        if let Some(copies) = self.copies(number) {
+            copies.renew();
         }
     }
 
@@ -190,7 +145,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         match number {
             SYNC => {
                 let object = &mut dictionary.objects_mut().communication.sync.cob_id;
-                Some(Copies { used: SYNC_IS_USED, ..Copies::new(object, &mut guarded.sync, *sync_id) })
+                Some(Copies::new(object, &mut guarded.sync, *sync_id).of_bits(SYNC_IS_USED))
             }
             EMCY => {
                 let in_use = dictionary.emcy().id();

@@ -13,7 +13,6 @@ mod process_data;
 mod rules;
 mod sdo;
 mod second_sdo;
-mod sharing;
 
 use self::guarded::Guarded;
 use self::second_sdo::SecondServer;

@@ -5,12 +5,12 @@
 mod tests;
 
 use super::Services;
-use super::guarded::{Copied, Copies};
-use super::sharing::{Begun, Shared};
 use crate::node::Device;
 use crate::node::services::extension::Extension;
 use crate::node::turn::Timed;
 use crate::od::CobIdEntry;
+use crate::od::copies::{Copied, Copies};
+use crate::sdo::sharing::{Begun, Shared};
 use crate::sdo::{SdoServers, Server};
 use crate::types::{Address, CobId, Duration, Instant, Sealed};
 

@@ -4,7 +4,6 @@
 
 mod cob_id_set;
 mod device;
-mod events;
 mod filters;
 
 use super::buses::Buses;

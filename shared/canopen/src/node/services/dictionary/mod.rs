@@ -4,7 +4,6 @@ mod access;
 mod pdos;
 
 use super::rules;
-use super::sharing::Shared;
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::heartbeat::Monitor;
@@ -19,6 +18,7 @@ use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer};
 use crate::pdo::{PdoSet, Rpdos, Tpdos};
 use crate::sdo::SdoServers;
+use crate::sdo::sharing::Shared;
 use crate::store::{Group, Loaded, StoreError};
 use crate::types::{AbortCode, Address, CobId, Duration, Instant, NmtState, NodeId};
 

@@ -5,7 +5,7 @@ extern crate std;
 use std::vec;
 use std::vec::Vec;
 
-use super::{Copied, correct};
+use super::correct;
 use crate::emcy::Config;
 use crate::node::extend::NoStore;
 use crate::node::index::{EMCY_COB_ID, RPDO, SYNC_COB_ID, TPDO};
@@ -14,6 +14,7 @@ use crate::node::services::Services;
 use crate::node::services::objects::NodeObjects;
 use crate::node::turn::Turn;
 use crate::node::{Event, Outbox, Settings};
+use crate::od::copies::Copied;
 use crate::od::{INVALID, NO_REMOTE};
 use crate::pdo::{Direction, Layout};
 use crate::types::{Address, CobId, Duration, Instant, NodeId, Sealed};
