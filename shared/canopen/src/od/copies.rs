@@ -17,6 +17,12 @@ impl Copied {
         Copied([cob_id, !cob_id])
     }
 
+    /// Flips a bit, 32 and above in the complement.
+    #[cfg(test)]
+    pub fn flip(&mut self, bit: usize) {
+        self.0[bit / 32] ^= 1 << (bit % 32);
+    }
+
     /// Returns the copied value, unless a bit has flipped.
     pub fn whole(self) -> Option<u32> {
         let Copied([cob_id, complement]) = self;

@@ -187,7 +187,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     fn power_on(&mut self, turn: &mut Turn) {
         self.note_sent_filters();
-        if self.services.storage().is_there() {
+        if self.services.storage_mut().is_there() {
             self.services.load(Group::All);
             let objects = self.services.objects();
             let redundancy = initial::written_redundancy(objects, &self.initial);

@@ -10,8 +10,8 @@ use crate::emcy::ErrorCode;
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
 use crate::node::{NodeObjects, SpacecraftDevice, SpacecraftEvent, Turn};
+use crate::od::CobIdEntry;
 use crate::od::checked::find;
-use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::machine::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, TimeCorrection, TimeService, mean_of_truncated};
@@ -328,9 +328,14 @@ impl<D: SpacecraftDevice> Services<D> {
     }
 
     pub fn numbered_time_pdo(&self) -> Option<(usize, CommonPdo)> {
+        self.time_pdos().next()
+    }
+
+    /// Returns number and parameters of each valid transmit PDO that carries the local time.
+    pub fn time_pdos(&self) -> impl Iterator<Item = (usize, CommonPdo)> {
         let (tpdos, _) = self.objects().pdos.tpdos();
-        let mut carriers = tpdos.iter().enumerate().filter(|(number, _)| self.state().carries_time(*number));
-        carriers.find_map(|(number, pdo)| {
+        let carriers = tpdos.iter().enumerate().filter(|(number, _)| self.state().carries_time(*number));
+        carriers.filter_map(|(number, pdo)| {
             let id = CobIdEntry::from_raw(pdo.cob_id).cob_id()?;
             Some((number, CommonPdo { id, transmission: pdo.transmission }))
         })
@@ -339,10 +344,7 @@ impl<D: SpacecraftDevice> Services<D> {
     /// Returns the lifetime of a synchronous PDO. A PDO that carries the time must not be taken for that of the
     /// next SYNC.
     pub fn synchronous_lifetime(&self, whole: Duration) -> Duration {
-        let (tpdos, _) = self.objects().pdos.tpdos();
-        let mut carriers = tpdos.iter().enumerate().filter(|(number, _)| self.state().carries_time(*number));
-        let carries_time =
-            carriers.any(|(_, pdo)| pdo.cob_id & INVALID == 0 && is_synchronous(pdo.transmission));
+        let carries_time = self.time_pdos().any(|(_, pdo)| is_synchronous(pdo.transmission));
         if carries_time { Duration::from_micros(whole.as_micros() / 2) } else { whole }
     }
 }

@@ -144,11 +144,6 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         (self.dictionary.objects_mut(), &mut self.state)
     }
 
-    /// Returns the parameter store.
-    pub fn storage(&self) -> &E::Storage {
-        self.dictionary.storage()
-    }
-
     /// Lends the parameter store.
     pub fn storage_mut(&mut self) -> &mut E::Storage {
         self.dictionary.storage_mut()

@@ -4,8 +4,8 @@ use super::Services;
 use super::second_sdo::{DEFAULT, select};
 use crate::node::Device;
 use crate::node::services::extension::Extension;
-use crate::node::storage::{SaveEnd, Storage};
 use crate::sdo::abort;
+use crate::store::storage::{SaveEnd, Storage};
 use crate::types::{Address, CobId, Frame, Instant, earliest};
 
 /// First byte of a request that aborts a transfer.
@@ -98,7 +98,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
 
     /// Returns the earlier one of `deadline` and the next slice of a running save, which a received frame does not run.
     pub fn with_save(&self, deadline: Option<Instant>) -> Option<Instant> {
-        match self.storage().deadline() {
+        match self.dictionary.storage().deadline() {
             // Nearly always.
             None => deadline,
             slice => earliest(&[slice, deadline]),

@@ -6,10 +6,10 @@ use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO};
 use crate::node::services::extension::Extension;
 use crate::node::services::objects::NodeObjects;
 use crate::node::services::rules;
-use crate::node::storage::Storage;
 use crate::od::{ObjectAccess, Objects, Transfer, number};
 use crate::sdo::sharing;
 use crate::store::StoreRequest;
+use crate::store::storage::Storage;
 use crate::types::{AbortCode, Address};
 
 impl<D: Device, E: Extension<D>> ObjectAccess for Dictionary<D, E> {

@@ -11,7 +11,6 @@ use crate::node::device::has_states;
 use crate::node::index::{CONFIGURATION, PRE_DEFINED_ERRORS, RESTORE, STORE};
 use crate::node::services::extension::Extension;
 use crate::node::services::objects::NodeObjects;
-use crate::node::storage::{SaveEnd, Storage};
 use crate::node::turn::{Timed, Wakes};
 use crate::node::{Communication, Device};
 use crate::od::checked::Found;
@@ -19,6 +18,7 @@ use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer};
 use crate::pdo::{PdoSet, Rpdos, Tpdos};
 use crate::sdo::SdoServers;
 use crate::sdo::sharing::Shared;
+use crate::store::storage::{SaveEnd, Storage};
 use crate::store::{Group, Loaded, StoreError};
 use crate::types::{AbortCode, Address, CobId, Duration, Instant, NmtState, NodeId};
 

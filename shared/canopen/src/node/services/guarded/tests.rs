@@ -137,7 +137,7 @@ fn every_flipped_bit_of_a_copy_changes_no_cob_id() {
         for bit in 0..64 {
             let mut services = services();
             let before = state(&services);
-            copy(&mut services, number).0[bit / 32] ^= 1 << (bit % 32);
+            copy(&mut services, number).flip(bit);
             assert_eq!(compare(&mut services), 1, "object {number}, bit {bit}");
             assert_eq!(
                 (state(&services), last_error(&services)),
