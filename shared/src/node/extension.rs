@@ -6,7 +6,7 @@ use super::index::{IDENTITY, REDUNDANCY, REQUEST_NMT, SCET_SET, SELF_TEST_START,
 use super::services::{LiveServices, MappedTime, Services, State, TimeServices, check_submilliseconds};
 use super::stored::Stored;
 use super::{
-    BusHealth, Counters, NetworkObjects, NodeObjects, SelfTest, SlaveEvent, Spacecraft, SpacecraftDevice,
+    BusHealth, Counters, NetworkObjects, NodeObjects, SlaveEvent, Spacecraft, SpacecraftDevice,
     SpacecraftEvent, Turn,
 };
 use crate::emcy::EmcyConsumers;
@@ -61,7 +61,7 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
     }
 
     fn on_sync(services: &mut Services<D>, bus: Bus, stamp: &Stamp) {
-        if services.state.notes_syncs() {
+        if services.state().notes_syncs() {
             services.note_sync(bus, stamp);
         }
     }
@@ -76,7 +76,7 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
     }
 
     fn on_pdos_stopped(state: &mut State<D::Pdos, D::Sdo>) {
-        state.time.stop();
+        state.time_mut().stop();
     }
 
     fn may_write(id: NodeId, at: Address, value: u32) -> Result<(), AbortCode> {
@@ -112,8 +112,7 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
         turn: &mut Turn<'_, V>,
     ) {
         if at.index == SELF_TEST_START {
-            let running = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
-            services.dictionary.objects.extension.self_test = running;
+            services.objects_mut().extension.start_self_test();
             turn.out.event(V::extension(SpacecraftEvent::SelfTest));
         }
         services.on_time_written(at, turn);
@@ -129,8 +128,9 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
     }
 
     fn count_mended(&mut self) -> u16 {
-        self.identity.mended = self.identity.mended.saturating_add(1);
-        self.identity.mended
+        let mended = &mut self.identity.mended;
+        *mended = mended.saturating_add(1);
+        *mended
     }
 }
 

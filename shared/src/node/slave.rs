@@ -1,26 +1,23 @@
 //! A slave node.
 
-mod budget;
 mod builder;
-mod bus_events;
 #[cfg(test)]
 mod flipped;
-mod maintenance;
 mod objects;
 mod redundancy;
 mod retained;
 
 pub use builder::SlaveBuilder;
 
-use async_canopen::node::extend::{BusCounters, Part, SlaveCore, Timed};
+use async_canopen::node::extend::{Part, SlaveCore, Timed};
 
 use super::services::State;
 use super::settings;
 use super::{ParallelAccess, SlaveEvent, Spacecraft, SpacecraftDevice, Status, objects as own_objects};
 use crate::link::Stamp;
-use crate::link::budget::Budget;
+use crate::link::budget::{Budget, BudgetStep, Over};
 use crate::link::port::Filter;
-use crate::node::services::TimeServices;
+use crate::node::services::{SpacecraftServices, TimeServices};
 use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};
@@ -72,13 +69,13 @@ impl<D: SpacecraftDevice> Slave<D> {
     /// A frame that may be for this node. The frequent ones first; each handler ends with what has become due.
     #[inline(never)] // what is for others need not pay for it
     fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        let (id, state) = (frame.id(), self.canopen.control.state());
+        let (id, state) = (frame.id(), self.canopen.state());
         // Only the active bus is obeyed.
         if bus != self.redundancy.selected() {
             self.on_network(bus, frame, stamp, turn);
-        } else if self.canopen.services.is_sync(id) && state.allows_sync() {
+        } else if self.canopen.takes_sync(id) {
             self.on_sync(frame, stamp, turn);
-        } else if self.canopen.services.is_sdo(id) && self.canopen.control.reporting_state().allows_sdo() {
+        } else if self.canopen.takes_sdo(id) {
             self.on_sdo(frame, turn);
         } else if id < CobId::heartbeat(NodeId::MASTER) && state.allows_pdo() {
             self.on_pdo(frame, stamp, turn);
@@ -90,14 +87,14 @@ impl<D: SpacecraftDevice> Slave<D> {
     /// Does what is due.
     #[inline(always)]
     fn run(&mut self, turn: &mut Turn) {
-        if turn.until >= self.canopen.services.wakes.next() {
+        if self.canopen.is_due(turn.until) {
             self.run_due(turn);
         }
     }
 
     #[inline(never)] // most frames find nothing due
     fn run_due(&mut self, turn: &mut Turn) {
-        if self.canopen.control.state() == NmtState::Initialising {
+        if self.canopen.state() == NmtState::Initialising {
             return;
         }
         let until = turn.until;
@@ -105,22 +102,21 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.run_budget(turn);
         self.canopen.poll(self.redundancy.selected(), turn);
         self.canopen.set_filters(&Bus::ALL, turn);
-        let mut wakes = self.canopen.due();
-        self.redundancy.settle(&mut wakes);
-        self.budget.settle(&mut wakes);
-        self.canopen.services.wakes = wakes;
+        self.canopen.settle();
+        self.redundancy.settle(self.canopen.wakes_mut());
+        self.budget.settle(self.canopen.wakes_mut());
     }
 
     /// Returns the state of the node at `now`.
     pub fn status(&self, now: Instant) -> Status {
         Status {
             uptime: now.since(Instant::ZERO),
-            scet: self.canopen.services.scet(now),
-            state: self.canopen.control.state(),
+            scet: self.canopen.services().scet(now),
+            state: self.canopen.state(),
             active: self.redundancy.selected(),
             redundancy: *self.redundancy.parameters(),
-            counters: *self.canopen.services.counters.all(),
-            health: self.canopen.services.buses.health,
+            counters: *self.canopen.services().buses().counters(),
+            health: *self.canopen.services().buses().health(),
         }
     }
 
@@ -130,7 +126,7 @@ impl<D: SpacecraftDevice> Slave<D> {
     /// # Errors
     /// [`ParallelAccess`]: the master chooses the bus of a node with parallel access.
     pub fn select_bus(&mut self, bus: Bus) -> Result<(), ParallelAccess> {
-        if self.redundancy.change(&mut self.canopen.services.wakes).choose(bus) {
+        if self.redundancy.change(self.canopen.wakes_mut()).choose(bus) {
             Ok(())
         } else {
             Err(ParallelAccess)
@@ -139,12 +135,59 @@ impl<D: SpacecraftDevice> Slave<D> {
 
     /// Resets the counters of both buses to zero.
     pub fn reset_counters(&mut self) {
-        self.canopen.services.counters = BusCounters::default();
+        self.canopen.buses_mut().reset_counters();
     }
 
     /// Returns the local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
-        self.canopen.services.scet(now)
+        self.canopen.services().scet(now)
+    }
+
+    fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
+        self.canopen.on_bus_event(bus, bus == self.redundancy.selected(), event, turn);
+        match event {
+            LinkEvent::Transmitted { frame, stamp } => {
+                let id = self.canopen.id();
+                if frame.id() == CobId::heartbeat(id) {
+                    let services = self.canopen.services_mut();
+                    services.note_heartbeat(stamp);
+                    services.on_heartbeat_sent();
+                }
+                let wakes = self.canopen.wakes_mut();
+                self.redundancy.step(wakes, |redundancy| redundancy.on_sent(frame, stamp.at, id));
+            }
+            LinkEvent::Failed { frame, .. } => {
+                let wakes = self.canopen.wakes_mut();
+                self.redundancy.step(wakes, |redundancy| redundancy.on_end(frame));
+            }
+            _ => {}
+        }
+        self.run(turn);
+    }
+
+    /// A frame was refused.
+    #[inline(never)] // seldom
+    fn on_over_budget(&mut self, id: CobId, over: Over, turn: &mut Turn) {
+        self.budget.settle(self.canopen.wakes_mut());
+        if self.canopen.services_mut().over_budget(id, over) {
+            turn.out.event(SlaveEvent::OverBudget { id });
+        }
+        if over == Over::Node {
+            self.decide(turn, |redundancy, step| redundancy.silence(step));
+        }
+    }
+
+    fn run_budget(&mut self, turn: &mut Turn) {
+        match self.budget.no_sooner().poll(turn.until) {
+            Some(BudgetStep::Resume) => {
+                self.redundancy.no_sooner().resume();
+                // ECSS 6.10k: the boot-up message has the Node-ID.
+                self.canopen.check_node_id();
+                self.boot(turn);
+            }
+            Some(BudgetStep::Calm) => self.canopen.services_mut().within_budget(),
+            None => {}
+        }
     }
 }
 
@@ -163,7 +206,7 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
 
     fn start(&mut self, turn: &mut Turn) {
         let bus = self.redundancy.selected();
-        self.canopen.services.buses.no_sooner().join(bus, turn.out);
+        self.canopen.buses_mut().join(bus, turn.out);
         turn.out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn });
         self.boot(turn);
         self.run(turn);
@@ -177,10 +220,10 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        self.canopen.services.counters.received(bus);
-        if turn.now < self.canopen.services.wakes.next() {
+        self.canopen.buses_mut().count_received(bus);
+        if !self.canopen.is_due(turn.now) {
             if !self.canopen.may_take(frame.id()) {
-                return self.canopen.services.counters.ignored(bus);
+                return self.canopen.buses_mut().count_ignored(bus);
             }
             return self.on_frame(bus, frame, stamp, turn);
         }
@@ -201,13 +244,13 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        self.canopen.services.with_save(self.canopen.deadline())
+        self.canopen.services().with_save(self.canopen.deadline())
     }
 
     #[inline(always)] // called from one place
     fn charge(&mut self, frame: &Frame, turn: &mut Turn) -> bool {
         // Its client limits it, as that of the default server.
-        if self.canopen.services.is_second_sdo_answer(frame.id()) {
+        if self.canopen.services().is_second_sdo_answer(frame.id()) {
             return true;
         }
         let over = self.budget.no_sooner().take(frame.id(), turn.now);
@@ -216,11 +259,11 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
         let id = frame.id();
-        let SlaveCore { services, control, .. } = &self.canopen;
+        let services = self.canopen.services();
         let is_measured = if services.is_sync(id) {
             is_sync_length(frame)
         } else {
-            let is_ranged = services.state.time.is_ranged() && id == CobId::heartbeat(control.id());
+            let is_ranged = services.time().is_ranged() && id == CobId::heartbeat(self.canopen.id());
             is_ranged || self.stamped.contains(&id)
         };
         is_measured && bus == self.redundancy.selected()
@@ -229,7 +272,7 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
 
 impl<D: SpacecraftDevice> TimeKeeper for Slave<D> {
     fn spacecraft_clock(&self) -> &LocalClock {
-        self.canopen.services.state.time.clock()
+        self.canopen.services().time().clock()
     }
 }
 

@@ -1,13 +1,15 @@
 //! Objects that a node of a spacecraft has beyond CANopen: redundancy, time, health of both buses, self-test,
 //! parameter store.
 
-use crate::emcy::PostMortemObjects;
+use crate::emcy::{ErrorCode, PostMortem, PostMortemObjects};
+use crate::heartbeat::HeartbeatTimes;
 use crate::link::port::Health;
 use crate::node::Counters;
 use crate::od::{Objects, Record};
 use crate::redundancy::{Parameters, RedundancyObjects};
 use crate::store::StoreObjects;
-use crate::time::{ClockObjects, LocalScet};
+use crate::time::{ClockObjects, LocalScet, TimeCorrection, TimeService};
+use crate::types::{Address, Bus, CobId, FineScet, Instant, NodeId};
 
 /// Objects 2000h to 203Fh, 2046h, 2047h, 1010h and 1011h.
 #[derive(Clone, Debug, PartialEq, Objects)]
@@ -50,6 +52,67 @@ pub struct Spacecraft {
 }
 
 impl Spacecraft {
+    /// Returns the redundancy parameters. `times` are those of 1016h and 1017h.
+    pub(super) fn redundancy(&self, times: HeartbeatTimes) -> Parameters {
+        self.redundancy.parameters.parameters(times.consumer, times.producer)
+    }
+
+    /// Writes the redundancy parameters. Returns the objects that changed and that a PDO may carry.
+    pub(super) fn show_redundancy(
+        &mut self,
+        redundancy: &Parameters,
+    ) -> impl Iterator<Item = Address> + use<> {
+        let before = self.redundancy.parameters;
+        self.set_redundancy(redundancy);
+        self.redundancy.parameters.changes(&before)
+    }
+
+    pub(super) fn set_bdefault(&mut self, bus: Bus) {
+        self.redundancy.parameters.bdefault = bus.bdefault();
+    }
+
+    /// Returns the correction of the stamps (2014h).
+    pub(super) const fn correction(&self) -> &TimeCorrection {
+        &self.clock.correction
+    }
+
+    /// Updates the quality of the clock (2015h).
+    pub(super) fn show_quality(&mut self, time: &TimeService, now: Instant) {
+        self.clock.quality = time.quality(&self.clock.correction, now);
+    }
+
+    /// Shows the local time at which the last heartbeat of this node ended (2016h).
+    pub(super) fn show_heartbeat(&mut self, sent: FineScet) {
+        self.clock.heartbeat_sent = sent.units();
+    }
+
+    /// Shows that the self-test runs.
+    pub(super) fn start_self_test(&mut self) {
+        self.self_test = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
+    }
+
+    /// Counts a frame that the budget refused. `is_silenced`: it made the node silent.
+    pub(super) fn count_refused(&mut self, id: CobId, is_silenced: bool) {
+        let shown = &mut self.over_budget;
+        (shown.refused, shown.last) = (shown.refused.saturating_add(1), id.raw());
+        shown.silenced = shown.silenced.saturating_add(u16::from(is_silenced));
+    }
+
+    /// Shows the Node-ID that the store has (2046h).
+    pub(super) fn show_node_id(&mut self, id: Option<NodeId>) {
+        self.identity.stored = id.map_or(0, |id| id.get().into());
+    }
+
+    /// Takes the record of the last reset.
+    pub(super) fn set_post_mortem(&mut self, record: PostMortem) {
+        self.post_mortem.record = record;
+    }
+
+    /// Returns the emergency that reports the last reset. `None`: it had no cause.
+    pub(super) const fn reset_emergency(&self) -> Option<(ErrorCode, [u8; 5])> {
+        self.post_mortem.record.emergency()
+    }
+
     /// Writes object 2000h.
     pub(super) fn set_redundancy(&mut self, redundancy: &Parameters) {
         self.redundancy.parameters = redundancy.into();

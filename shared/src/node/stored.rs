@@ -13,9 +13,9 @@ use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
 /// Storage of a device that may have a parameter store.
 #[derive(Default)]
 pub struct Stored {
-    pub store: Option<&'static mut (dyn ParameterStore + Send)>,
+    store: Option<&'static mut (dyn ParameterStore + Send)>,
     /// Store in maintenance mode, in which it has no parameters.
-    pub maintained: Option<&'static mut (dyn ParameterStore + Send)>,
+    maintained: Option<&'static mut (dyn ParameterStore + Send)>,
     limit: SaveLimit,
     running: Option<RunningSave>,
 }
@@ -99,6 +99,11 @@ impl Stored {
     /// Takes the store of the board, if there is one.
     pub fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
         Stored { store, ..Stored::default() }
+    }
+
+    /// Takes the store in maintenance mode: it keeps the Node-ID alone.
+    pub fn maintain(&mut self, store: &'static mut (dyn ParameterStore + Send)) {
+        self.maintained = Some(store);
     }
 
     /// Stores a Node-ID, or none, in maintenance mode (ECSS 6.10g). The bytes from the lowest one on are: Node-ID

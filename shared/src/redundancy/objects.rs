@@ -39,6 +39,7 @@ pub struct Redundancy {
 }
 
 const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
+const CTOGGLE: Address = RedundancyObjects::PARAMETERS.field(Redundancy::CTOGGLE).address();
 
 impl RedundancyObjects {
     /// Checks a `value` that a client writes. Accepts every value for objects of other services.
@@ -52,6 +53,13 @@ impl RedundancyObjects {
 }
 
 impl Redundancy {
+    /// Returns the addresses of Bdefault and Ctoggle, as far as they differ from `before`.
+    pub(crate) fn changes(&self, before: &Self) -> impl Iterator<Item = Address> + use<> {
+        let bdefault = (self.bdefault != before.bdefault).then_some(BDEFAULT);
+        let ctoggle = (self.ctoggle != before.ctoggle).then_some(CTOGGLE);
+        [bdefault, ctoggle].into_iter().flatten()
+    }
+
     /// Returns the parameters of a node with this consumer and this producer heartbeat time.
     pub fn parameters(&self, consumer: Duration, producer: Duration) -> Parameters {
         Parameters {

@@ -51,7 +51,7 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
     }
 
     async fn cable(&self, node: NodeId) -> Result<Cable, Error> {
-        let bus = self.0.inspect(|master| master.ranged().bus);
+        let (bus, _) = self.0.inspect(Master::active_correction);
         let of_bus = match bus {
             Bus::Nominal => TimeCorrection::NOMINAL,
             Bus::Redundant => TimeCorrection::REDUNDANT,
@@ -62,7 +62,7 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
         for _ in 0..LOOKS {
             let now = self.0.now();
             self.0.wait_until(now + LOOK).await;
-            let heard = self.0.inspect(|master| master.ranged().heard);
+            let heard = self.0.inspect(|master| master.objects().application.network.ranging.heard);
             if heard == last {
                 continue;
             }
@@ -75,13 +75,13 @@ impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
             sum += difference;
             samples += 1;
             if samples == SAMPLES {
-                let ranged = self.0.inspect(|master| master.ranged());
-                if ranged.bus != bus {
+                let (active, of_master) = self.0.inspect(Master::active_correction);
+                if active != bus {
                     return Err(Error::BusChanged);
                 }
                 // The master's correction makes the time of a SYNC earlier, the slave's makes that of its clock later.
                 let of_slave = TimeCorrection::known(correction).unwrap_or(0);
-                let corrected = i64::from(of_slave) - i64::from(ranged.correction);
+                let corrected = i64::from(of_slave) - i64::from(of_master);
                 let twice = nanoseconds(sum / i64::from(SAMPLES)) + corrected;
                 return Ok(Cable { bus, delay_ns: (twice / 2) as i32 });
             }

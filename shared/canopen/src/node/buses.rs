@@ -1,18 +1,21 @@
-//! Buses of a node: health, recovery from bus-off, joining and leaving.
+//! Buses of a node: health, recovery from bus-off, joining and leaving, and counters of the frames.
 
+use crate::heartbeat::is_toggled;
 use crate::link::access::BusAccess;
 use crate::link::bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 use crate::link::depth::Depth;
 use crate::link::port::{ErrorState, Health};
-use crate::node::{BusCommand, LinkEvent, Outbox, Turn};
-use crate::types::{Bus, Instant, PerBus};
+use crate::node::counters::count;
+use crate::node::{BusCommand, Counters, LinkEvent, Outbox, Turn};
+use crate::types::{Bus, Frame, Instant, PerBus};
 
 /// Both buses of a node.
 #[derive(Clone, Debug)]
 pub struct Buses {
     access: BusAccess,
     /// Error state and counters of each bus.
-    pub health: PerBus<Health>,
+    health: PerBus<Health>,
+    counters: PerBus<Counters>,
     recovery: PerBus<BusOffRecovery>,
     /// The error state that was reported last.
     reported: PerBus<ErrorState>,
@@ -37,6 +40,7 @@ impl Buses {
         Buses {
             access,
             health: PerBus::default(),
+            counters: PerBus::default(),
             recovery: PerBus::from_fn(|_| BusOffRecovery::new(policy)),
             reported: PerBus::default(),
             joined: PerBus::default(),
@@ -46,6 +50,59 @@ impl Buses {
     /// Returns how the node reaches its buses.
     pub const fn access(&self) -> BusAccess {
         self.access
+    }
+
+    /// Returns error state and counters of each bus.
+    pub const fn health(&self) -> &PerBus<Health> {
+        &self.health
+    }
+
+    /// Returns the counters of the frames of each bus.
+    pub const fn counters(&self) -> &PerBus<Counters> {
+        &self.counters
+    }
+
+    /// Resets the counters of both buses to zero.
+    pub fn reset_counters(&mut self) {
+        self.counters = PerBus::default();
+    }
+
+    /// Returns the number of frames received on each bus; wraps.
+    pub fn received(&self) -> PerBus<u32> {
+        PerBus::from_fn(|bus| self.counters[bus].received)
+    }
+
+    /// Counts a received frame.
+    pub fn count_received(&mut self, bus: Bus) {
+        let counters = &mut self.counters[bus];
+        counters.received = counters.received.wrapping_add(1);
+    }
+
+    /// Counts a received frame with an error in the protocol.
+    pub fn count_malformed(&mut self, bus: Bus) {
+        count(&mut self.counters[bus].malformed);
+    }
+
+    /// Counts a heartbeat that was taken as malformed if its bit 7 is set.
+    pub fn count_heartbeat(&mut self, bus: Bus, heartbeat: &Frame) {
+        if is_toggled(heartbeat) {
+            self.count_malformed(bus);
+        }
+    }
+
+    /// Counts a received frame that is not for this node in this state.
+    pub fn count_ignored(&mut self, bus: Bus) {
+        count(&mut self.counters[bus].ignored);
+    }
+
+    /// Counts a frame that this node refuses to send.
+    pub fn count_refused(&mut self, bus: Bus) {
+        count(&mut self.counters[bus].refused);
+    }
+
+    /// Counts an event of a bus without following it.
+    pub fn count(&mut self, bus: Bus, event: &LinkEvent) {
+        self.counters[bus].on_link(event);
     }
 
     /// Keeps the node on one bus from power-on on. It never chooses the other one.
@@ -98,8 +155,9 @@ impl Buses {
         self.access.joins(bus, active)
     }
 
-    /// Follows the state of a controller. Returns a change that the node has to report.
+    /// Counts an event and follows the state of the controller. Returns a change that the node has to report.
     pub fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant) -> Option<BusNews> {
+        self.count(bus, event);
         match event {
             LinkEvent::Counters(health) => self.health[bus] = *health,
             LinkEvent::Stalled => return Some(BusNews::Stalled),
@@ -145,7 +203,8 @@ impl Buses {
 
     /// Returns when a recovery is due.
     pub fn deadline(&self) -> Option<Instant> {
-        let due = self.recovery.nominal.due().min(self.recovery.redundant.due());
+        let PerBus { nominal, redundant } = &self.recovery;
+        let due = nominal.due().min(redundant.due());
         (due < Instant::NEVER).then_some(due)
     }
 }

@@ -10,7 +10,7 @@ use crate::heartbeat::{HeartbeatTimes, is_heartbeat};
 use crate::link::Stamp;
 use crate::link::port::Filter;
 use crate::nmt::NmtMessage;
-use crate::node::services::{CanopenOnly, NodeObjects};
+use crate::node::services::{CanopenOnly, NodeObjects, Services};
 use crate::types::{AbortCode, Address, Bus, CobId, Frame, Instant, NmtState, NodeId};
 
 type Turn<'a> = turn::Turn<'a, Event>;
@@ -40,28 +40,32 @@ impl<D: Device> CanopenSlave<D> {
 
     /// Returns the object dictionary.
     pub fn objects(&self) -> &NodeObjects<D, CanopenOnly> {
-        &self.canopen.services.dictionary.objects
+        self.canopen.services().objects()
     }
 
     /// Returns the object dictionary alone, for a data sheet.
     pub fn into_objects(self) -> NodeObjects<D, CanopenOnly> {
-        self.canopen.services.dictionary.objects
+        self.canopen.into_objects()
     }
 
     /// Returns the NMT state of the slave.
     pub fn state(&self) -> NmtState {
-        self.canopen.control.state()
+        self.canopen.state()
     }
 
     /// Returns the counters of the frames of the bus.
     pub fn counters(&self) -> &Counters {
-        &self.canopen.services.counters.all()[BUS]
+        &self.canopen.services().buses().counters()[BUS]
     }
 
     /// Takes an event of the application: sends a transmit PDO (0 is the first) by its transmission type. Refuses
     /// it, and counts that, unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, number: usize, now: Instant) {
         self.canopen.send_pdo(BUS, number, now);
+    }
+
+    fn services_mut(&mut self) -> &mut Services<D, CanopenOnly> {
+        self.canopen.services_mut()
     }
 
     fn boot(&mut self, turn: &mut Turn) {
@@ -72,15 +76,14 @@ impl<D: Device> CanopenSlave<D> {
     /// A frame that may be for this node.
     #[inline(never)] // what is for others need not pay for it
     fn on_frame(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        let (id, state) = (frame.id(), self.canopen.control.state());
-        let services = &mut self.canopen.services;
-        if services.is_sync(id) && state.allows_sync() {
+        let (id, state) = (frame.id(), self.state());
+        if self.canopen.takes_sync(id) {
             self.canopen.on_sync(BUS, frame, stamp, turn);
-        } else if services.is_sdo(id) && self.canopen.control.reporting_state().allows_sdo() {
-            if !services.on_plain_segment(frame, turn.now) {
+        } else if self.canopen.takes_sdo(id) {
+            if !self.services_mut().on_plain_segment(frame, turn.now) {
                 self.on_request(frame, turn);
             }
-        } else if state.allows_pdo() && services.on_pdo(BUS, frame, stamp, turn) {
+        } else if state.allows_pdo() && self.services_mut().on_pdo(BUS, frame, stamp, turn) {
         } else if id == CobId::NMT {
             self.on_nmt(frame, turn);
         } else if is_heartbeat(id) && state != NmtState::Initialising {
@@ -88,7 +91,7 @@ impl<D: Device> CanopenSlave<D> {
         } else if D::RAW_FRAMES.contains(&id) && state != NmtState::Initialising {
             turn.out.event(Event::Frame(*frame));
         } else {
-            services.counters.ignored(BUS);
+            self.canopen.buses_mut().count_ignored(BUS);
         }
         self.run(turn);
     }
@@ -101,29 +104,25 @@ impl<D: Device> CanopenSlave<D> {
 
     fn on_nmt(&mut self, frame: &Frame, turn: &mut Turn) {
         let Some(message) = NmtMessage::decode(frame) else {
-            return self.canopen.services.counters.malformed(BUS);
+            return self.canopen.buses_mut().count_malformed(BUS);
         };
-        if !message.target.includes(self.canopen.control.id()) || self.state() == NmtState::Initialising {
+        if !message.target.includes(self.canopen.id()) || self.state() == NmtState::Initialising {
             return;
         }
-        let reaction = self
-            .canopen
-            .control
-            .change(&mut self.canopen.services.wakes)
-            .on_command(message.command, turn.now);
-        if self.canopen.follow(reaction, turn) {
+        let now = turn.now;
+        if self.canopen.change_state(turn, |control| control.on_command(message.command, now)) {
             self.boot(turn);
         }
     }
 
     fn on_written(&mut self, at: Address, turn: &mut Turn) {
         self.canopen.on_own_written(at, turn);
-        self.canopen.services.report_written(at, turn);
+        self.services_mut().report_written(at, turn);
     }
 
     /// Does what is due.
     fn run(&mut self, turn: &mut Turn) {
-        if turn.until >= self.canopen.services.wakes.next() {
+        if self.canopen.is_due(turn.until) {
             self.run_due(turn);
         }
     }
@@ -135,7 +134,7 @@ impl<D: Device> CanopenSlave<D> {
         }
         self.canopen.poll(BUS, turn);
         self.canopen.set_filters(&[BUS], turn);
-        self.canopen.services.wakes = self.canopen.due();
+        self.canopen.settle();
     }
 }
 
@@ -158,7 +157,7 @@ impl<D: Device> Node for CanopenSlave<D> {
     }
 
     fn start(&mut self, turn: &mut Turn) {
-        self.canopen.services.buses.no_sooner().join_one(BUS, turn.out);
+        self.canopen.buses_mut().join_one(BUS, turn.out);
         self.boot(turn);
         self.run(turn);
     }
@@ -169,12 +168,12 @@ impl<D: Device> Node for CanopenSlave<D> {
         }
         self.canopen.on_bus_event(BUS, true, event, turn);
         // On one bus an acknowledgement is all that there is to know.
-        self.canopen.services.dictionary.emcy.no_sooner().confirm();
+        self.services_mut().confirm_emergencies();
         self.run(turn);
     }
 
     fn on_received(&mut self, _bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        self.canopen.services.counters.received(BUS);
+        self.canopen.buses_mut().count_received(BUS);
         // A frame is judged by its end.
         turn.until = stamp.at.min(turn.now);
         self.run(turn);
@@ -182,7 +181,7 @@ impl<D: Device> Node for CanopenSlave<D> {
         if self.canopen.may_take(frame.id()) || D::RAW_FRAMES.contains(&frame.id()) {
             self.on_frame(frame, stamp, turn);
         } else {
-            self.canopen.services.counters.ignored(BUS);
+            self.canopen.buses_mut().count_ignored(BUS);
         }
     }
 
@@ -212,11 +211,11 @@ impl<D: Device> DeviceNode for CanopenSlave<D> {
     }
 
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
-        self.canopen.services.change(now, |objects| change(&mut objects.application))
+        self.services_mut().change(now, |objects| change(&mut objects.application))
     }
 
     fn write(&mut self, at: Address, value: &[u8], turn: &mut Turn) -> Result<(), AbortCode> {
-        if let Some(at) = self.canopen.services.write(at, value, turn.now)? {
+        if let Some(at) = self.services_mut().write(at, value, turn.now)? {
             self.on_written(at, turn);
         }
         self.run(turn);
@@ -224,10 +223,10 @@ impl<D: Device> DeviceNode for CanopenSlave<D> {
     }
 
     fn raise(&mut self, error: DeviceError, info: [u8; 4]) {
-        self.canopen.services.raise(error.code, error.field(info));
+        self.services_mut().raise(error.code, error.field(info));
     }
 
     fn clear(&mut self, error: DeviceError) {
-        self.canopen.services.clear(error.code, error.source);
+        self.services_mut().clear(error.code, error.source);
     }
 }

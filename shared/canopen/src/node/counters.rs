@@ -1,8 +1,6 @@
 //! Counters of the frames of each bus.
 
-use crate::heartbeat::is_toggled;
 use crate::node::{FailCause, LinkEvent};
-use crate::types::{Bus, Frame, PerBus};
 
 /// Counters of the frames of one bus. `received` and `sent` wrap; all others stay at their maximum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -41,74 +39,28 @@ impl Counters {
             .saturating_add(self.queue_full)
             .saturating_add(self.aborted)
     }
-}
 
-/// Counters of a node.
-#[derive(Clone, Debug, Default)]
-pub struct BusCounters(PerBus<Counters>);
-
-impl BusCounters {
-    /// Returns the counters of each bus.
-    pub const fn all(&self) -> &PerBus<Counters> {
-        &self.0
-    }
-
-    /// Returns the number of frames received on each bus; wraps.
-    pub fn all_received(&self) -> PerBus<u32> {
-        PerBus::from_fn(|bus| self.0[bus].received)
-    }
-
-    /// Counts an event of a bus.
-    pub fn on_link(&mut self, bus: Bus, event: &LinkEvent) {
-        let counters = &mut self.0[bus];
+    /// Counts an event of the bus.
+    pub(super) fn on_link(&mut self, event: &LinkEvent) {
         match event {
-            LinkEvent::Received { .. } => self.received(bus),
-            LinkEvent::Transmitted { .. } => counters.sent = counters.sent.wrapping_add(1),
+            LinkEvent::Transmitted { .. } => self.sent = self.sent.wrapping_add(1),
             LinkEvent::Failed { cause, .. } => count(match cause {
-                FailCause::BusLeft => &mut counters.bus_left,
-                FailCause::Expired => &mut counters.expired,
-                FailCause::QueueFull => &mut counters.queue_full,
-                FailCause::Aborted => &mut counters.aborted,
-                FailCause::OverBudget => &mut counters.refused,
+                FailCause::BusLeft => &mut self.bus_left,
+                FailCause::Expired => &mut self.expired,
+                FailCause::QueueFull => &mut self.queue_full,
+                FailCause::Aborted => &mut self.aborted,
+                FailCause::OverBudget => &mut self.refused,
             }),
-            LinkEvent::Unsent { frames } => {
-                counters.queue_full = counters.queue_full.saturating_add(*frames);
-            }
-            LinkEvent::Overrun { lost } => counters.lost = counters.lost.saturating_add(*lost),
+            LinkEvent::Unsent { frames } => self.queue_full = self.queue_full.saturating_add(*frames),
+            LinkEvent::Overrun { lost } => self.lost = self.lost.saturating_add(*lost),
+            LinkEvent::Received { .. } => self.received = self.received.wrapping_add(1),
             LinkEvent::Counters(_) | LinkEvent::Stalled | LinkEvent::Health(_) => {}
         }
     }
-
-    /// Counts a received frame.
-    pub fn received(&mut self, bus: Bus) {
-        let counters = &mut self.0[bus];
-        counters.received = counters.received.wrapping_add(1);
-    }
-
-    /// Counts a received frame with an error in the protocol.
-    pub fn malformed(&mut self, bus: Bus) {
-        count(&mut self.0[bus].malformed);
-    }
-
-    /// Counts a heartbeat that was taken as malformed if its bit 7 is set.
-    pub fn taken(&mut self, bus: Bus, heartbeat: &Frame) {
-        if is_toggled(heartbeat) {
-            self.malformed(bus);
-        }
-    }
-
-    /// Counts a received frame that is not for this node in this state.
-    pub fn ignored(&mut self, bus: Bus) {
-        count(&mut self.0[bus].ignored);
-    }
-
-    /// Counts a frame that this node refuses to send.
-    pub fn refused(&mut self, bus: Bus) {
-        count(&mut self.0[bus].refused);
-    }
 }
 
+/// Counts one frame.
 #[cfg_attr(target_os = "none", inline(never))] // of many callers: on a chip of 32 bits a call is shorter
-fn count(counter: &mut u16) {
+pub(super) fn count(counter: &mut u16) {
     *counter = counter.saturating_add(1);
 }

@@ -4,17 +4,14 @@
 //! of a node need none of this.
 
 pub use super::buses::{BusNews, Buses};
-pub use super::counters::BusCounters;
 pub use super::device::ClientNode;
 pub use super::events::{NodeEvent, SlaveEvents};
 pub use super::messages::{BusCommand, Filters, FullDepth, LinkEvent, MAX_FILTERS, QUEUE_DEPTH};
 pub use super::outbox::Outbox;
-pub use super::services::{
-    Dictionary, Extension, FIRST_REPORTED, Lifetimes, SdoStep, Services, assert_objects,
-};
+pub use super::services::{Extension, FIRST_REPORTED, SdoStep, Services, assert_objects};
 pub use super::slave_core::SlaveCore;
-pub use super::storage::{NoStore, SaveEnd, Storage};
 pub use super::turn::{Part, Timed, Turn, Wakes};
+pub use crate::store::storage::{NoStore, SaveEnd, Storage};
 
 /// Indices of the objects that such a node checks and follows.
 pub mod index {

@@ -57,7 +57,6 @@ pub(crate) mod probe;
 mod services;
 mod settings;
 mod slave_core;
-mod storage;
 mod turn;
 
 pub use canopen_slave::CanopenSlave;

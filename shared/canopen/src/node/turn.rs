@@ -43,14 +43,9 @@ impl Wakes {
         Wakes(Instant::NEVER)
     }
 
-    /// Returns the instant.
-    pub const fn next(&self) -> Instant {
-        self.0
-    }
-
-    /// Takes what is due from `other`, which has nothing left.
-    pub fn take(&mut self, other: &mut Wakes) {
-        self.lower(core::mem::replace(other, Wakes::never()).0);
+    /// Returns whether something may be due at `until`.
+    pub fn is_due(&self, until: Instant) -> bool {
+        until >= self.0
     }
 
     // Rows `instructions.sdo_upload` and `size.pyboard-v11.slave.flash`: on a chip of 32 bits a call is shorter.

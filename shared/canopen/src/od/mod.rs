@@ -80,6 +80,7 @@
 mod access;
 pub mod checked;
 mod cob_id_entry;
+pub(crate) mod copies;
 mod data_type;
 mod declared;
 mod dictionary;

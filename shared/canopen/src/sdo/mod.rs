@@ -65,6 +65,7 @@ mod objects;
 mod second;
 mod server;
 mod servers;
+pub(crate) mod sharing;
 mod wire;
 
 use crate::types::{AbortCode, Address};

@@ -73,6 +73,7 @@ mod notes;
 mod objects;
 mod save;
 mod set;
+pub(crate) mod storage;
 
 pub(crate) use notes::Notes;
 pub use objects::{StoreObjects, StoreRequest};

@@ -2,15 +2,19 @@
 
 use easy_ext::ext;
 
-use crate::emcy::{ActiveErrors, EmcyConsumers};
+use super::{Master, Turn};
+use crate::emcy::{ActiveErrors, DeviceError, EmcyConsumers};
 use crate::nmt::NmtStartup;
 use crate::node::services::Services;
-use crate::node::{Communication, Device, DeviceObjects, DeviceTime, NetworkObjects, SpacecraftDevice};
+use crate::node::{
+    Communication, Device, DeviceNode, DeviceObjects, DeviceTime, NetworkObjects, SpacecraftDevice,
+};
 use crate::od::Objects;
 use crate::pdo::PdoSet;
+use crate::redundancy::MasterBoards;
 use crate::sdo::{SdoServerObjects, SdoServers};
 use crate::time::LocalUtc;
-use crate::types::{NodeId, UtcRelation};
+use crate::types::{AbortCode, Address, Instant, NodeId, UtcRelation};
 
 /// 1005h: it produces SYNC.
 const PRODUCES: u32 = 1 << 30;
@@ -83,18 +87,46 @@ impl<D: SpacecraftDevice> DeviceTime for MasterObjects<D> {
 #[ext(MasterServices)]
 impl<D: SpacecraftDevice> Services<MasterObjects<D>> {
     pub fn network(&self) -> &NetworkObjects {
-        &self.dictionary.objects.application.network
+        &self.objects().application.network
     }
 
     pub fn network_mut(&mut self) -> &mut NetworkObjects {
-        &mut self.dictionary.objects.application.network
+        &mut self.objects_mut().application.network
     }
 
     pub fn errors(&self) -> &ActiveErrors {
-        &self.dictionary.objects.application.errors
+        &self.objects().application.errors
     }
 
     pub fn errors_mut(&mut self) -> &mut ActiveErrors {
-        &mut self.dictionary.objects.application.errors
+        &mut self.objects_mut().application.errors
+    }
+}
+
+impl<D: SpacecraftDevice, B: MasterBoards> DeviceNode for Master<D, B> {
+    type Device = D;
+
+    fn device(&self) -> &D {
+        &self.objects().application.device
+    }
+
+    fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
+        self.services.change(now, |objects| change(&mut objects.application.device))
+    }
+
+    fn write(&mut self, at: Address, value: &[u8], turn: &mut Turn) -> Result<(), AbortCode> {
+        if let Some(at) = self.services.write(at, value, turn.now)? {
+            self.on_written(at, turn);
+        }
+        self.run_all(turn);
+        Ok(())
+    }
+
+    fn raise(&mut self, error: DeviceError, info: [u8; 4]) {
+        self.services.raise(error.code, error.field(info));
+    }
+
+    fn clear(&mut self, error: DeviceError) {
+        self.services.clear(error.code, error.source);
     }
 }

@@ -1,31 +1,28 @@
 //! The master node.
 
-mod actions;
-mod boot;
-mod budget;
 mod builder;
 mod declared;
-mod errors;
 mod filters;
-mod identify;
-mod network;
+mod initial;
 mod objects;
 mod ranging;
 mod reception;
-mod role;
+mod requests;
 mod sending;
+mod states;
 mod transfers;
 
 pub use builder::MasterBuilder;
 pub use declared::MasterObjects;
 use declared::MasterServices;
 
-use async_canopen::node::extend::{BusNews, Part, Timed};
+use async_canopen::node::extend::{BusNews, Part, Storage, Timed};
 
-use self::budget::Budgets;
 use self::filters::{FUNCTIONS, SentFilters};
-use self::identify::Identification;
-use self::objects::Initial;
+use self::initial::Initial;
+use self::ranging::RangingServices;
+use self::requests::Identification;
+use self::sending::Budgets;
 use self::transfers::Transfers;
 use super::services::{Services, State, TimeServices};
 use super::settings;
@@ -82,7 +79,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         Master {
             clashes: StateClashes::default(),
             identification: Timed::new(Identification::default()),
-            errors: Timed::new(ErrorReader::new(errors::PERIOD)),
+            errors: Timed::new(ErrorReader::new(requests::PERIOD)),
             budgets: Timed::new(Budgets::new(profile)),
             sync: Timed::new(sync::machine::Producer::with(initial.communication::<D>().sync.config())),
             stamped: profile.stamped,
@@ -90,9 +87,9 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             is_booting: true,
             filters: Timed::new(SentFilters::new()),
             // Large ones last: the compiler makes them in their places where no loop follows.
-            boot: Timed::new(boot::at_power_on(profile)),
+            boot: Timed::new(requests::boot_at_power_on(profile)),
             transfers: Timed::new(Transfers::new(profile.sdo_timeout, profile.network.bit_rate)),
-            redundancy: Timed::new(MasterRedundancy::new(boards, &objects::setup(profile))),
+            redundancy: Timed::new(MasterRedundancy::new(boards, &initial::setup(profile))),
             services: Services::new(
                 NodeId::MASTER,
                 || initial.objects(profile, device, post_mortem),
@@ -106,28 +103,28 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Lends the redundancy for a change: the node runs at the end of its step. The others do so with their parts.
     fn redundancy_mut(&mut self) -> &mut MasterRedundancy<B> {
-        self.redundancy.change(&mut self.services.wakes)
+        self.redundancy.change(self.services.wakes_mut())
     }
 
     fn boot_mut(&mut self) -> &mut Boot {
-        self.boot.change(&mut self.services.wakes)
+        self.boot.change(self.services.wakes_mut())
     }
 
     fn transfers_mut(&mut self) -> &mut Transfers {
-        self.transfers.change(&mut self.services.wakes)
+        self.transfers.change(self.services.wakes_mut())
     }
 
     fn errors_mut(&mut self) -> &mut ErrorReader {
-        self.errors.change(&mut self.services.wakes)
+        self.errors.change(self.services.wakes_mut())
     }
 
     fn filters_mut(&mut self) -> &mut SentFilters {
-        self.filters.change(&mut self.services.wakes)
+        self.filters.change(self.services.wakes_mut())
     }
 
     /// Does what is due.
     fn run(&mut self, turn: &mut Turn) {
-        if turn.until >= self.services.wakes.next() {
+        if self.services.wakes().is_due(turn.until) {
             self.run_all(turn);
         }
     }
@@ -136,7 +133,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     #[inline(never)] // most frames find nothing due
     fn run_all(&mut self, turn: &mut Turn) {
         if self.is_active() {
-            while let Some(bus) = self.services.buses.no_sooner().poll(turn) {
+            while let Some(bus) = self.services.buses_mut().poll(turn) {
                 self.report_health(bus, turn);
                 turn.out.event(MasterEvent::BusFailed { bus });
             }
@@ -151,7 +148,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             self.run_device(turn);
             self.run_sync(turn);
         }
-        self.services.wakes.set(self.due());
+        self.settle();
     }
 
     fn run_sync(&mut self, turn: &mut Turn) {
@@ -164,23 +161,24 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    fn due(&self) -> Option<Instant> {
+    /// Notes when to poll next.
+    fn settle(&mut self) {
+        let of_both = earliest(&[self.filters.earliest(), self.redundancy.deadline()]);
         if !self.is_active() {
-            return earliest(&[self.filters.earliest(), self.redundancy.deadline()]);
+            return self.services.wakes_mut().set(of_both);
         }
-        let all = [
-            self.filters.earliest(),
-            self.redundancy.deadline(),
-            self.services.buses.deadline(),
+        let sync = self.sync.deadline().filter(|_| self.redundancy.is_announced() && self.produces_sync());
+        let of_active = earliest(&[
+            of_both,
             self.boot.deadline(),
             self.transfers.deadline(),
             self.identification_deadline(),
             self.errors_deadline(),
             self.budgets.earliest(),
-            self.device_deadline(),
-            self.sync.deadline().filter(|_| self.redundancy.is_announced() && self.produces_sync()),
-        ];
-        earliest(&all)
+            sync,
+        ]);
+        self.services.settle(self.reporting_state());
+        self.services.wakes_mut().note(of_active);
     }
 
     fn produces_sync(&self) -> bool {
@@ -189,10 +187,10 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     fn power_on(&mut self, turn: &mut Turn) {
         self.note_sent_filters();
-        if self.services.dictionary.stored.store.is_some() {
+        if self.services.storage_mut().is_there() {
             self.services.load(Group::All);
-            let objects = &self.services.dictionary.objects;
-            let redundancy = objects::written_redundancy(objects, &self.initial);
+            let objects = self.services.objects();
+            let redundancy = initial::written_redundancy(objects, &self.initial);
             self.redundancy_mut().restore(redundancy);
             self.filters_mut().note_change();
         }
@@ -200,7 +198,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         if !self.redundancy_mut().start(turn.now) {
             return self.listen(turn);
         }
-        self.services.buses.no_sooner().join(self.redundancy.active(), turn.out);
+        self.services.buses_mut().join(self.redundancy.active(), turn.out);
         self.boot_up(turn);
         self.boot_mut().start(turn.now);
         self.run_all(turn);
@@ -208,9 +206,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Takes an event of a bus, except a received frame.
     fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, turn: &mut Turn) {
-        self.services.counters.on_link(bus, event);
-        let news = self.services.buses.change(&mut self.services.wakes).on_link(bus, event, turn.now);
-        match news {
+        match self.services.on_link(bus, event, turn.now) {
             Some(BusNews::Health(health)) if !self.is_active() => {
                 self.services.on_health(bus, &health);
                 turn.out.event(MasterEvent::Health { bus, health });
@@ -268,8 +264,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             state: self.redundancy.state(),
             active: self.redundancy.active(),
             redundancy: *self.redundancy.parameters(),
-            counters: *self.services.counters.all(),
-            health: self.services.buses.health,
+            counters: *self.services.buses().counters(),
+            health: *self.services.buses().health(),
         }
     }
 }
@@ -299,7 +295,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        self.services.counters.received(bus);
+        self.services.buses_mut().count_received(bus);
         // A frame is judged by its end.
         turn.until = stamp.at.min(turn.now);
         self.run(turn);
@@ -323,8 +319,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let next = self.services.wakes.next();
-        self.services.with_save((next < Instant::NEVER).then_some(next))
+        self.services.with_save(self.services.wakes().deadline())
     }
 
     fn charge(&mut self, frame: &Frame, turn: &mut Turn) -> bool {
@@ -336,7 +331,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
         let is_measured = if self.services.is_sync(id) {
             sync::is_sync_length(frame)
         } else {
-            self.stamped.contains(&id) || self.is_ranged(id)
+            self.stamped.contains(&id) || self.services.is_ranged(id)
         };
         is_measured && bus == self.redundancy.active()
     }
@@ -344,7 +339,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
 
 impl<D: SpacecraftDevice, B: MasterBoards> TimeKeeper for Master<D, B> {
     fn spacecraft_clock(&self) -> &LocalClock {
-        self.services.state.time.clock()
+        self.services.time().clock()
     }
 }
 

@@ -1,36 +1,27 @@
-//! Dictionary of the master, and effects of written objects.
+//! Dictionary of the master at run time: SDO server, PDOs, effects of written objects, and acceptance filters.
 
-use async_canopen::node::extend::{SdoStep, Wakes};
+use async_canopen::node::extend::SdoStep;
 
-use super::MasterServices;
 use super::declared::MasterObjects;
-use super::{Master, Turn};
+use super::filters::FUNCTIONS;
+use super::initial::written_redundancy;
+use super::{Master, MasterServices, Turn};
 use crate::boot::machine::Assignment;
-use crate::emcy::{ActiveErrors, DeviceError, EmcyConsumers, ErrorCode, PostMortem};
+use crate::emcy::ErrorCode;
 use crate::heartbeat::ConsumerSlots;
-use crate::heartbeat::machine::monitored;
 use crate::link::machine::Outgoing;
+use crate::link::port::Filter;
 use crate::nmt::{Command, NmtMessage, Target};
-use crate::node::NetworkObjects;
 use crate::node::index::{
     ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_TPDO_MAPPING, PRODUCER_HEARTBEAT, RANGING, REDUNDANCY, REQUEST_NMT,
     RPDO, SYNC_COB_ID, SYNC_DITHER,
 };
 use crate::node::network_objects::entry;
-use crate::node::services::LiveServices;
-use crate::node::services::{Services, carries_time};
-use crate::node::{
-    Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, SpacecraftDevice, assert_device,
-};
-use crate::pdo::PdoSlots;
-use crate::pdo::machine::rules::{LAST_CYCLIC, is_synchronous};
-use crate::profile::Profile;
-use crate::redundancy::{MasterBoards, MasterSetup, Parameters, Sending};
-use crate::sdo::SdoServerObjects;
-use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId};
+use crate::node::services::{LiveServices, TimeServices};
+use crate::node::{BusCommand, Filters, NodeObjects, Ranging, SelfTest, SpacecraftDevice};
+use crate::redundancy::{MasterBoards, Sending};
+use crate::types::{Address, Bus, CobId, Frame, Instant, NmtState, NodeId};
 
-/// Transmission type of a PDO that goes with each SYNC.
-const EVERY_SYNC: u8 = 1;
 /// 1F82h: never heard, or forgotten.
 pub(super) const UNKNOWN: u8 = 0;
 /// 1F82h: lost.
@@ -38,165 +29,28 @@ pub(super) const MISSING: u8 = 1;
 /// 1F82h: sub-index of all nodes.
 const ALL: u8 = 128;
 
-/// Numbers of the profile that power-on and reset communication begin with.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Initial {
-    redundancy: Parameters,
-    sync: Duration,
-    time: Duration,
-}
-
-/// Returns the numbers of the redundancy at power-on.
-pub(super) fn setup(profile: &Profile) -> MasterSetup {
-    MasterSetup {
-        parameters: profile.master_redundancy(),
-        silent_share: profile.silent_share,
-        dwell: profile.dwell,
-        grace: profile.grace,
-        access: profile.access(NodeId::MASTER),
-        lifetime: profile.heartbeat,
-    }
-}
-
-impl Initial {
-    pub fn new(profile: &Profile) -> Initial {
-        Initial { redundancy: profile.master_redundancy(), sync: profile.sync, time: profile.time }
-    }
-
-    /// Makes the objects at power-on.
-    #[inline(never)] // made in their place
-    pub fn objects<D: SpacecraftDevice>(
-        &self,
-        profile: &Profile,
-        device: D,
-        post_mortem: PostMortem,
-    ) -> NodeObjects<MasterObjects<D>> {
-        const { assert_device::<MasterObjects<D>>() };
-        NodeObjects {
-            application: application(profile, device),
-            extension: self.spacecraft(post_mortem),
-            communication: self.communication::<D>(),
-            consumers: self.consumers::<D>(),
-            pdos: self.pdos::<D>(),
-            sdo: SdoServerObjects::of(NodeId::MASTER),
-        }
-    }
-
-    /// Restores the communication profile of power-on.
-    pub fn restore<D: SpacecraftDevice>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
-        objects.communication = self.communication::<D>();
-        objects.consumers = self.consumers::<D>();
-        objects.pdos = self.pdos::<D>();
-    }
-
-    fn spacecraft(&self, post_mortem: PostMortem) -> Spacecraft {
-        let mut spacecraft = Spacecraft::default();
-        spacecraft.redundancy.parameters = (&self.redundancy).into();
-        spacecraft.post_mortem.record = post_mortem;
-        spacecraft
-    }
-
-    /// Returns the communication profile with the periods of the mission.
-    pub fn communication<D: SpacecraftDevice>(&self) -> Communication {
-        let mut communication = MasterObjects::<D>::communication(NodeId::MASTER);
-        communication.heartbeat.time = self.redundancy.producer.as_millis() as u16;
-        communication.sync.cycle_period = self.sync.as_micros() as u32;
-        communication
-    }
-
-    /// 1016h: entries take the time of the profile where the device declares none.
-    fn consumers<D: SpacecraftDevice>(&self) -> D::Consumers {
-        let mut consumers = D::consumers(NodeId::MASTER);
-        let time = self.redundancy.consumer.as_millis() as u32 & 0xFFFF;
-        for entry in consumers.entries_mut() {
-            if *entry >> 16 != 0 && *entry & 0xFFFF == 0 {
-                *entry |= time;
-            }
-        }
-        consumers
-    }
-
-    /// PDOs of the time take the period of the profile where the device declares none: with SYNCs every n-th one.
-    #[inline(never)] // made in their place
-    fn pdos<D: SpacecraftDevice>(&self) -> D::Pdos {
-        let mut pdos = D::pdos(NodeId::MASTER);
-        let period = self.time.as_millis().min(u64::from(u16::MAX)) as u16;
-        let syncs = self.time.as_micros() / self.sync.as_micros().max(1);
-        let (tpdos, mappings) = pdos.tpdos_mut();
-        for (tpdo, mapping) in tpdos.iter_mut().zip(mappings) {
-            if !carries_time(mapping) {
-                continue;
-            }
-            match tpdo.transmission {
-                EVERY_SYNC => tpdo.transmission = syncs.clamp(1, u64::from(LAST_CYCLIC)) as u8,
-                by_event if !is_synchronous(by_event) && tpdo.event_timer == 0 => tpdo.event_timer = period,
-                _ => {}
-            }
-        }
-        pdos
-    }
-}
-
-#[inline(never)] // made in their place
-fn application<D: SpacecraftDevice>(profile: &Profile, device: D) -> MasterObjects<D> {
-    MasterObjects {
-        device,
-        emergencies: EmcyConsumers::of_others(NodeId::MASTER),
-        errors: ActiveErrors::default(),
-        network: network(profile),
-    }
-}
-
-/// The slaves of the profile.
-#[inline(never)] // made in its place
-fn network(profile: &Profile) -> NetworkObjects {
-    let boot_time = profile.boot.time.as_millis() as u32;
-    let mut network = NetworkObjects { boot_time, ..NetworkObjects::default() };
-    for slave in profile.slaves {
-        if let Some(assignment) = entry(&mut network.assignment, slave.node) {
-            *assignment = slave.assignment().raw();
-        }
-        network.expect(slave.node, &slave.expected);
-    }
-    network
-}
-
-/// The redundancy parameters as the dictionary has them (1016h, 1017h, 2000h). Without an entry of 1016h in use the
-/// consumer time is that of power-on.
-pub(super) fn written_redundancy<D: SpacecraftDevice>(
-    objects: &NodeObjects<MasterObjects<D>>,
-    initial: &Initial,
-) -> Parameters {
-    // The longest: no decision goes before a slave's own time.
-    let in_use = objects.consumers.entries().iter().filter(|entry| monitored(**entry).is_some());
-    let longest = in_use.map(|entry| *entry as u16).max();
-    let consumer = longest.map_or(initial.redundancy.consumer, |time| Duration::from_millis(u64::from(time)));
-    let producer = Duration::from_millis(u64::from(objects.communication.heartbeat.time));
-    objects.extension.redundancy.parameters.parameters(consumer, producer)
-}
-
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns the object dictionary.
     pub fn objects(&self) -> &NodeObjects<MasterObjects<D>> {
-        &self.services.dictionary.objects
+        self.services.objects()
     }
 
     /// Returns the object dictionary alone, for a data sheet.
     pub fn into_objects(self) -> NodeObjects<MasterObjects<D>> {
-        self.services.dictionary.objects
+        self.services.into_objects()
     }
 
     /// Takes a request to the SDO server.
     pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, turn: &mut Turn) {
         self.services.refresh_for(frame, turn.now);
         if !self.redundancy.is_announced() || !self.redundancy.state().allows_sdo() {
-            return self.services.counters.ignored(bus);
+            return self.services.buses_mut().count_ignored(bus);
         }
         let Turn { now, out, .. } = turn;
-        let expires = *now + self.services.lifetimes.sdo;
+        let expires = *now + self.services.sdo_lifetime();
         let send = &mut |frame| out.send_until(bus, frame, expires);
         if !self.serve(SdoStep::Request(frame), *now, send) {
-            self.services.counters.malformed(bus);
+            self.services.buses_mut().count_malformed(bus);
         }
         if let Some(at) = self.services.take_written() {
             self.on_written(at, turn);
@@ -206,7 +60,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Goes on with a save that runs, and answers its client at its end.
     pub(super) fn advance_save(&mut self, turn: &mut Turn) {
         if let Some((Some(answer), _)) = self.services.advance_save(turn.now) {
-            turn.out.send_for(self.redundancy.active(), answer, turn.now, self.services.lifetimes.sdo);
+            turn.out.send_for(self.redundancy.active(), answer, turn.now, self.services.sdo_lifetime());
         }
     }
 
@@ -219,7 +73,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     }
 
     /// Applies an object that was written over the bus.
-    fn on_written(&mut self, at: Address, turn: &mut Turn) {
+    pub(super) fn on_written(&mut self, at: Address, turn: &mut Turn) {
         self.services.on_own_written(at, turn);
         if at.index == REQUEST_NMT {
             self.on_requested_nmt(at.sub, turn);
@@ -230,19 +84,16 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Applies a new value of an object.
     pub(super) fn follow(&mut self, at: Address, now: Instant) {
-        let objects = &self.services.dictionary.objects;
-        self.sync.change(&mut self.services.wakes).follow(at, &objects.communication.sync, now);
+        let sync = self.sync.change(self.services.wakes_mut());
+        sync.follow(at, &self.services.objects().communication.sync, now);
         match at.index {
             CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY => {
-                let redundancy = written_redundancy(objects, &self.initial);
-                let machine = self.redundancy.change(&mut self.services.wakes);
-                machine.peers_mut().set_times(objects.consumers.entries());
-                machine.configure(redundancy, now);
+                let written = written_redundancy(self.services.objects(), &self.initial);
+                self.follow_consumers();
+                self.redundancy_mut().configure(written, now);
             }
             SYNC_COB_ID | RPDO..=LAST_TPDO_MAPPING => self.filters_mut().note_change(),
-            SYNC_DITHER => {
-                self.sync.change(&mut self.services.wakes).set_dither(objects.application.network.sync_dither)
-            }
+            SYNC_DITHER => sync.set_dither(self.services.network().sync_dither),
             RANGING => self.services.network_mut().ranging.heard = 0,
             ASSIGNMENT => {
                 if let Some(node) = NodeId::new(at.sub) {
@@ -255,9 +106,14 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Before power-on, and when communication is reset: objects 1016h and 1F81h.
     pub(super) fn take_assignments(&mut self) {
-        let entries = self.services.dictionary.objects.consumers.entries();
-        self.redundancy.change(&mut self.services.wakes).peers_mut().set_times(entries);
+        self.follow_consumers();
         (1..=127).filter_map(NodeId::new).for_each(|node| self.take_assignment(node));
+    }
+
+    /// Takes the consumer times of 1016h.
+    fn follow_consumers(&mut self) {
+        let redundancy = self.redundancy.change(self.services.wakes_mut());
+        redundancy.peers_mut().set_times(self.services.objects().consumers.entries());
     }
 
     fn take_assignment(&mut self, node: NodeId) {
@@ -296,27 +152,10 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// A heartbeat on the active bus, for the consumers of 1016h.
-    pub(super) fn on_monitored(&mut self, node: NodeId, state: NmtState, at: Instant) {
-        let Services { monitor, wakes, .. } = &mut self.services;
-        let heard = monitor.step(wakes, |monitor| monitor.on_heartbeat(node, state, at));
-        if heard.is_some_and(|heard| heard.resolved) {
-            self.services.clear(ErrorCode::HEARTBEAT, node.get());
-        }
-    }
-
-    pub(super) fn device_deadline(&self) -> Option<Instant> {
-        let mut wakes = Wakes::never();
-        self.services.settle(self.reporting_state(), &mut wakes);
-        wakes.deadline()
-    }
-
     pub(super) fn run_device(&mut self, turn: &mut Turn) {
-        while let Some(missed) = self.services.monitor.no_sooner().poll(turn.until) {
-            self.services.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
-        }
+        while self.services.poll_monitor(turn.until).is_some() {}
         self.send_due(turn);
-        let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
+        let (bus, lifetime) = (self.redundancy.active(), self.services.sdo_lifetime());
         if self.services.is_sdo_busy() {
             let Turn { until, now, out } = turn;
             let send = &mut |frame| out.send_for(bus, frame, *now, lifetime);
@@ -325,7 +164,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     }
 
     /// Returns the state that decides whether emergencies may be sent.
-    fn reporting_state(&self) -> NmtState {
+    pub(super) fn reporting_state(&self) -> NmtState {
         if self.is_booting { NmtState::Initialising } else { self.redundancy.state() }
     }
 
@@ -359,32 +198,93 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     pub fn report_self_test(&mut self, result: SelfTest, now: Instant) {
         self.services.change(now, |objects| objects.extension.self_test = result);
     }
-}
 
-impl<D: SpacecraftDevice, B: MasterBoards> DeviceNode for Master<D, B> {
-    type Device = D;
-
-    fn device(&self) -> &D {
-        &self.objects().application.device
+    /// Ends the measurement of a cable: 2044h names no slave.
+    pub(crate) fn stop_ranging(&mut self) {
+        self.services.network_mut().ranging = Ranging::default();
     }
 
-    fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
-        self.services.change(now, |objects| change(&mut objects.application.device))
+    /// Returns the active bus, and the correction of the stamps there in nanoseconds.
+    pub(crate) fn active_correction(&self) -> (Bus, i32) {
+        let bus = self.redundancy.active();
+        (bus, self.services.objects().extension.correction().of(bus).unwrap_or(0))
     }
 
-    fn write(&mut self, at: Address, value: &[u8], turn: &mut Turn) -> Result<(), AbortCode> {
-        if let Some(at) = self.services.write(at, value, turn.now)? {
-            self.on_written(at, turn);
+    /// Returns the filters by function codes: heartbeats, SDO responses, EMCY, SYNCs of another master, PDOs, and
+    /// requests to the SDO server of the master.
+    pub fn filters(&self) -> Filters {
+        (0..=FUNCTIONS).map(|number| self.filter(number)).collect()
+    }
+
+    /// Returns a filter: all COB-IDs of one function code, heartbeats again if none of these is needed, or the
+    /// requests to this server.
+    pub(super) fn filter(&self, number: u16) -> Filter {
+        let is_of = |id: CobId| id.raw() >> 7 == number;
+        let node = NodeId::MASTER;
+        let raw = D::RAW_FRAMES.iter().copied();
+        let sync = self.services.written_sync_id();
+        let own = [CobId::heartbeat(node), CobId::sdo_response(node), CobId::emcy(node), sync];
+        let mut wanted = own
+            .into_iter()
+            .chain(self.of_other_master())
+            .chain(self.services.rpdo_ids())
+            .chain(raw)
+            .filter(|id| is_of(*id));
+        match wanted.next() {
+            _ if number == FUNCTIONS => Filter::exact(CobId::sdo_request(node)),
+            Some(id) => Filter::function(id),
+            None => Filter::function(CobId::heartbeat(node)),
         }
-        self.run_all(turn);
-        Ok(())
     }
 
-    fn raise(&mut self, error: DeviceError, info: [u8; 4]) {
-        self.services.raise(error.code, error.field(info));
+    /// Returns the COB-IDs of another master that this one takes: claims, and the spacecraft time.
+    fn of_other_master(&self) -> impl Iterator<Item = CobId> {
+        let pair = self.redundancy.standby().map(|standby| *standby.pair());
+        let ids = pair.map(|pair| pair.both_claims());
+        let time = pair.and_then(|_| self.services.time_pdo()).map(|pdo| pdo.id);
+        ids.into_iter().flatten().chain(time)
     }
 
-    fn clear(&mut self, error: DeviceError) {
-        self.services.clear(error.code, error.source);
+    /// Looks for flipped bits, a little with each heartbeat: in its Node-ID and in COB-IDs (ECSS 6.10d, k).
+    pub(super) fn scrub(&mut self, turn: &Turn) {
+        self.services.compare_node_ids(&mut { NodeId::MASTER });
+        if self.services.compare_cob_ids(turn.now) {
+            self.follow(Address::new(SYNC_COB_ID, 0), turn.now);
+            // A bus may have taken a filter from the object that was wrong.
+            self.filters_mut().forget();
+        }
+    }
+
+    /// At power-on: the buses have the filters of the profile.
+    pub(super) fn note_sent_filters(&mut self) {
+        for number in 0..FUNCTIONS {
+            let filter = self.filter(number);
+            self.filters.no_sooner().set(number, filter);
+        }
+    }
+
+    /// Sends both buses the filters that have changed, as a standby, too.
+    pub(super) fn run_filters(&mut self, turn: &mut Turn) {
+        if self.filters.is_due() {
+            let are_all = self.set_filters(turn);
+            self.filters.no_sooner().on_sent(are_all, turn.now);
+        }
+    }
+
+    /// Sends changed filters, as many as fit into the outbox beside frames. Returns whether that is all.
+    fn set_filters(&mut self, turn: &mut Turn) -> bool {
+        for number in 0..FUNCTIONS {
+            let filter = self.filter(number);
+            if self.filters.has(number, filter) {
+                continue;
+            }
+            if !turn.out.has_room() {
+                return false;
+            }
+            self.filters.no_sooner().set(number, filter);
+            let command = BusCommand::Filter { number: number as u8, filter };
+            Bus::ALL.into_iter().for_each(|bus| turn.out.command(bus, command));
+        }
+        true
     }
 }

@@ -1,9 +1,10 @@
-//! Received frames of the master, and the results of the frames that it sent.
+//! Received frames of the master, active or standby, and the results of the frames that it sent.
 
+use super::ranging::RangingServices;
 use super::{Master, MasterEvent, Turn};
 use crate::emcy::{Emergency, ErrorCode};
 use crate::link::Stamp;
-use crate::node::services::{PostMortemServices, TimeServices};
+use crate::node::services::{SpacecraftServices, TimeServices};
 use crate::node::{FailCause, SpacecraftDevice};
 use crate::redundancy::{MasterBoards, MasterVerdict, Parameters};
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
@@ -12,11 +13,11 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Takes a received frame. Schedules the next run as early as its effect needs: most frames have none.
     pub(super) fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if !self.redundancy.is_joined(bus) {
-            return self.services.counters.ignored(bus);
+            return self.services.buses_mut().count_ignored(bus);
         }
         let id = frame.id();
         let producer = self.boot.producer(id).filter(|node| *node != NodeId::MASTER);
-        let verdict = self.redundancy.step(&mut self.services.wakes, |redundancy| {
+        let verdict = self.redundancy.step(self.services.wakes_mut(), |redundancy| {
             redundancy.on_frame(bus, producer, stamp.at);
             redundancy.on_received(bus, frame, stamp.at, turn.now)
         });
@@ -28,16 +29,16 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
         match verdict {
             MasterVerdict::OtherMaster(action) => {
-                self.services.counters.ignored(bus);
+                self.services.buses_mut().count_ignored(bus);
                 self.act_if(action, turn);
             }
             MasterVerdict::Claim(action) => self.act_if(action, turn),
             MasterVerdict::Heartbeat { node, state } => {
-                self.services.counters.taken(bus, frame);
+                self.services.buses_mut().count_heartbeat(bus, frame);
                 self.on_heartbeat(bus, node, state, *stamp, turn);
             }
             MasterVerdict::Response(node) => self.on_response(bus, node, frame, turn),
-            MasterVerdict::Malformed => self.services.counters.malformed(bus),
+            MasterVerdict::Malformed => self.services.buses_mut().count_malformed(bus),
             MasterVerdict::Other => self.on_other_frame(bus, frame, stamp, producer, turn),
         }
     }
@@ -53,12 +54,12 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     ) {
         let id = frame.id();
         if bus != self.redundancy.active() {
-            return self.services.counters.ignored(bus);
+            return self.services.buses_mut().count_ignored(bus);
         }
         if self.redundancy.state().allows_pdo() && self.services.on_pdo(bus, frame, stamp, turn) {
             // Only an Operational node sends PDOs.
             if let Some(node) = producer {
-                self.boot.step(&mut self.services.wakes, |boot| boot.on_synchronous(node));
+                self.boot.step(self.services.wakes_mut(), |boot| boot.on_synchronous(node));
             }
         } else if D::RAW_FRAMES.contains(&id) {
             turn.out.event(MasterEvent::Frame { bus, frame: *frame });
@@ -68,15 +69,15 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                     self.follow_errors(node, &emergency, turn);
                     turn.out.event(MasterEvent::Emergency { node, bus, emergency });
                 }
-                None => self.services.counters.malformed(bus),
+                None => self.services.buses_mut().count_malformed(bus),
             }
         } else {
-            self.services.counters.ignored(bus);
+            self.services.buses_mut().count_ignored(bus);
         }
     }
 
     pub(super) fn consumes_emergency(&self, id: CobId, node: NodeId) -> bool {
-        let emergencies = &self.services.dictionary.objects.application.emergencies;
+        let emergencies = &self.services.objects().application.emergencies;
         node != NodeId::MASTER && id == CobId::emcy(node) && emergencies.consumes(node)
     }
 
@@ -86,11 +87,11 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let is_judged = is_here || state != NmtState::Operational;
         let state = if is_judged { self.judge_state(node, state, stamp.at, turn) } else { state };
         let Self { redundancy, boot, identification, services, .. } = self;
-        let wakes = &mut services.wakes;
+        let wakes = services.wakes_mut();
         let heard = redundancy.step(wakes, |redundancy| redundancy.on_heartbeat(bus, node, state, stamp.at));
         let may_start = boot.step(wakes, |boot| boot.on_heartbeat(node, state, is_here, heard.returned));
         let is_wanted = redundancy.peers().is_any_unasked();
-        identification.step(wakes, |identification| identification.is_wanted = is_wanted);
+        identification.step(wakes, |identification| identification.set_wanted(is_wanted));
         if heard.returned {
             turn.out.event(MasterEvent::SlaveReturned { node, bus });
         }
@@ -102,11 +103,11 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             if state.allows_sdo() || state == NmtState::Initialising {
                 // A slave that left Operational may have been reset where its boot-up message was not heard.
                 let may_have_booted = state == NmtState::Initialising || heard.changed && !state.allows_pdo();
-                let wakes = &mut self.services.wakes;
+                let wakes = self.services.wakes_mut();
                 self.errors.step(wakes, |errors| errors.on_heard(node, may_have_booted, stamp.at));
             }
-            self.on_monitored(node, state, stamp.at);
-            self.on_ranged(node, &stamp);
+            self.services.on_peer_heartbeat(node, state, stamp.at);
+            self.services.on_ranged(node, &stamp);
         }
         // A minimal slave has no NMT commands (ECSS 9.4.6.1a).
         if let Some(message) = heard.command(node, state, may_start)
@@ -139,14 +140,14 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     pub(super) fn on_transmitted(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, turn: &mut Turn) {
         if self.redundancy_mut().on_sent(bus, frame.id(), stamp.at) {
             self.is_booting = false;
-            self.services.allow_emergencies();
+            self.services.emcy_mut();
             self.services.note_heartbeat(&stamp);
             self.services.on_heartbeat_sent();
         } else if self.services.is_emergency(frame.id()) {
             if bus == self.redundancy.active() {
                 self.services.on_frame_end(frame, true, turn.now);
                 // The master is the one that has to know.
-                self.services.dictionary.emcy.no_sooner().confirm();
+                self.services.confirm_emergencies();
             }
         } else if self.services.is_sync(frame.id()) {
             self.boot_mut().on_sync_sent();
@@ -179,6 +180,65 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         // A heartbeat given up because its bus was left belongs to an earlier stay on it.
         if cause != FailCause::BusLeft {
             self.redundancy_mut().on_failed(bus, frame.id());
+        }
+    }
+
+    /// Takes a frame while another master is active.
+    pub(super) fn overhear(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
+        if self.is_of_master(frame.id()) {
+            return self.overhear_unacknowledged(bus, frame, stamp, turn);
+        }
+        let verdict = self.redundancy_mut().on_received(bus, frame, stamp.at, turn.now);
+        match verdict {
+            MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
+                self.services.buses_mut().count_heartbeat(bus, frame);
+                self.act_if(action, turn);
+            }
+            MasterVerdict::Heartbeat { node, state } => {
+                self.services.buses_mut().count_heartbeat(bus, frame);
+                let heard = self.redundancy_mut().on_overheard(bus, node, state, stamp.at);
+                self.boot_mut().on_overheard(node, state);
+                if heard.changed {
+                    self.show_state(node, state.byte());
+                    turn.out.signal(MasterEvent::SlaveState { node, bus, state });
+                }
+            }
+            // An answer to the active master: it is a slave.
+            MasterVerdict::Response(node) => {
+                self.redundancy_mut().on_answer(node, stamp.at);
+            }
+            MasterVerdict::Malformed => self.services.buses_mut().count_malformed(bus),
+            MasterVerdict::Other => self.overhear_emergency(bus, frame, turn),
+        }
+    }
+
+    /// Takes the emergencies of slaves, so that a takeover loses none.
+    fn overhear_emergency(&mut self, bus: Bus, frame: &Frame, turn: &mut Turn) {
+        match Emergency::decode(frame) {
+            Some((node, emergency)) if self.consumes_emergency(frame.id(), node) => {
+                self.follow_errors(node, &emergency, turn);
+            }
+            _ => self.services.buses_mut().count_ignored(bus),
+        }
+    }
+
+    /// Returns whether only an active master sends this beside heartbeat and claims: SYNC, the spacecraft time.
+    fn is_of_master(&self, id: CobId) -> bool {
+        self.services.is_sync(id) || self.services.time_pdo().is_some_and(|pdo| pdo.id == id)
+    }
+
+    /// Takes a frame that only a master sends, perhaps in place of its heartbeat.
+    fn overhear_unacknowledged(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
+        let action = self.redundancy_mut().on_sync_or_time(bus, stamp.at, turn.now);
+        self.act_if(action, turn);
+        if bus != self.redundancy.active() {
+            self.services.buses_mut().count_ignored(bus);
+        } else if self.services.is_sync(frame.id()) {
+            self.boot_mut().on_sync_overheard();
+            // A wrong length is reported by the master that is active.
+            let _ = self.services.on_sync(bus, frame, stamp);
+        } else if !self.services.overhear_time(frame, stamp, turn) {
+            self.services.buses_mut().count_ignored(bus);
         }
     }
 }

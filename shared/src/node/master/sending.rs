@@ -1,13 +1,42 @@
-//! Frames that the application of the master sends.
+//! Frames that the master sends, and the budgets of nodes that send too many: the master itself, and its slaves (ECSS 5.3.3.1b).
 
-use super::Master;
+use async_canopen::node::extend::Part;
+
+use super::{Master, MasterEvent, Turn};
+use crate::emcy::ErrorCode;
+use crate::link::budget::{Budget, BudgetStep, Over, is_sdo};
 use crate::link::machine::Outgoing;
+use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::minimal::MinimalPdos;
-use crate::node::{Refusal, SpacecraftDevice};
+use crate::node::services::SpacecraftServices;
+use crate::node::{BusCommand, FailCause, LinkEvent, Refusal, SpacecraftDevice};
 use crate::pdo::{Pdo, PdoValues};
-use crate::profile::MinimalNode;
-use crate::redundancy::MasterBoards;
-use crate::types::{Frame, Instant, NmtState, NodeId};
+use crate::profile::{MinimalNode, Profile};
+use crate::redundancy::{Babblers, BabblingStep, MasterBoards, Sending};
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
+
+/// Budgets of the frames that the master sends, and of those that it hears from its slaves.
+#[derive(Debug)]
+pub(super) struct Budgets {
+    own: Budget,
+    slaves: Babblers,
+}
+
+impl Budgets {
+    pub const fn new(profile: &Profile) -> Self {
+        let dwell = profile.redundancy().dwell(profile.dwell);
+        Budgets {
+            own: Budget::of_master(&profile.budget),
+            slaves: Babblers::new(profile.budget.heard, dwell),
+        }
+    }
+}
+
+impl Part for Budgets {
+    fn earliest(&self) -> Option<Instant> {
+        earliest(&[self.own.deadline(), self.slaves.deadline()])
+    }
+}
 
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns the last state of a slave. `None` if the slave was never heard, is lost or forgotten.
@@ -47,7 +76,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             Some(_) => Refusal::NotOperational,
             None => Refusal::NotValid,
         };
-        self.services.counters.refused(self.redundancy.active());
+        self.services.buses_mut().count_refused(self.redundancy.active());
         Err(refusal)
     }
 
@@ -56,16 +85,16 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// # Errors
     /// [`Refusal::NotValid`], [`Refusal::Busy`]; both are counted on the active bus.
     pub fn send_pdo(&mut self, number: usize, now: Instant) -> Result<(), Refusal> {
-        let tpdos = &mut self.services.dictionary.tpdos;
-        let refusal = if !(tpdos.is_valid(number) && self.redundancy.state().allows_pdo()) {
+        let is_valid = self.services.tpdos().is_valid(number) && self.redundancy.state().allows_pdo();
+        let refusal = if !is_valid {
             Refusal::NotValid
         } else if !self.redundancy.has_room() {
             Refusal::Busy
         } else {
-            tpdos.change(&mut self.services.wakes).trigger(number, now);
+            self.services.trigger(number, now);
             return Ok(());
         };
-        self.services.counters.refused(self.redundancy.active());
+        self.services.buses_mut().count_refused(self.redundancy.active());
         Err(refusal)
     }
 
@@ -81,7 +110,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         now: Instant,
     ) -> Result<(), Refusal> {
         if !self.may_command(node) {
-            self.services.counters.refused(self.redundancy.active());
+            self.services.buses_mut().count_refused(self.redundancy.active());
             return Err(Refusal::NotOperational);
         }
         self.send_frame(pdo.of(node).frame(values), now)
@@ -93,8 +122,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let id = frame.id();
         // PDOs have the function codes between those of emergencies and of SDO responses.
         let is_process_data = (0x180..0x580).contains(&id.raw());
-        let is_raw = is_process_data && !self.services.is_tpdo(id);
-        is_raw || self.services.is_lost_event(frame)
+        let is_raw = is_process_data && !self.services.tpdos().has(id);
+        is_raw || self.services.tpdos().is_event(frame.id())
     }
 
     /// Sends a frame that no PDO covers, with the lifetime of event-driven PDOs.
@@ -103,7 +132,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// [`Refusal::NotValid`] for a restricted COB-ID (CiA 301 7.3.5) and if the master is not Operational,
     /// [`Refusal::Busy`]. Both are counted on the active bus.
     pub fn send_frame(&mut self, frame: Frame, now: Instant) -> Result<(), Refusal> {
-        let expires = now + self.services.lifetimes.event;
+        let expires = now + self.services.event_lifetime();
         let refusal = if frame.id().is_restricted() || !self.redundancy.state().allows_pdo() {
             Refusal::NotValid
         } else if !self.redundancy_mut().queue(Outgoing { frame, expires }) {
@@ -111,7 +140,105 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         } else {
             return Ok(());
         };
-        self.services.counters.refused(self.redundancy.active());
+        self.services.buses_mut().count_refused(self.redundancy.active());
         Err(refusal)
+    }
+
+    pub(super) fn send_nmt(&mut self, message: NmtMessage, turn: &mut Turn) -> bool {
+        self.send(message.encode(), self.services.heartbeat_lifetime(), turn)
+    }
+
+    /// Sends a frame on the active bus, when it is announced. Returns false when there was no room to wait for that.
+    pub(super) fn send(&mut self, frame: Frame, lifetime: Duration, turn: &mut Turn) -> bool {
+        let outgoing = Outgoing { frame, expires: turn.now + lifetime };
+        match self.redundancy_mut().send(outgoing) {
+            Sending::Now(bus) => turn.out.command(bus, BusCommand::Send(outgoing)),
+            Sending::Held => {}
+            Sending::Refused(bus) => {
+                self.services.buses_mut().count_refused(bus);
+                return false;
+            }
+        }
+        true
+    }
+
+    /// A frame waited for the announcement of a bus in vain.
+    pub(super) fn fail(&mut self, bus: Bus, frame: Frame, cause: FailCause, turn: &mut Turn) {
+        self.services.buses_mut().count(bus, &LinkEvent::Failed { frame, cause });
+        self.on_failed(bus, &frame, cause, turn);
+    }
+
+    /// A frame is to go out. Silence is Pre-operational: no PDO, and no frame of the application. What the network
+    /// lives on has bounds of its own and goes on: slaves that miss their master would search it.
+    pub(super) fn takes_token(&mut self, id: CobId, turn: &mut Turn) -> bool {
+        let Some(over) = self.budgets.no_sooner().own.take(id, turn.now) else { return true };
+        self.budgets.settle(self.services.wakes_mut());
+        if self.services.over_budget(id, over) {
+            turn.out.event(MasterEvent::OverBudget { id });
+        }
+        if over == Over::Node {
+            self.on_own_command(Command::EnterPreOperational, turn);
+        }
+        false
+    }
+
+    /// A frame of a node. One that does not count as a slave decides nothing. SDO does not count: another client
+    /// may have a transfer with it.
+    pub(super) fn watch(&mut self, bus: Bus, id: CobId, node: NodeId, at: Instant, turn: &mut Turn) {
+        if bus != self.redundancy.active() || is_sdo(id) || !self.redundancy.peers().counts(node) {
+            return;
+        }
+        let is_held = self.redundancy.peers().is_held(node);
+        let wakes = self.services.wakes_mut();
+        let step = self.budgets.step(wakes, |budgets| budgets.slaves.on_frame(node, is_held, at));
+        if let Some(step) = step {
+            self.silence(node, step, turn);
+        }
+    }
+
+    fn silence(&mut self, node: NodeId, step: BabblingStep, turn: &mut Turn) {
+        let target = Target::Node(node);
+        match step {
+            BabblingStep::Stopped => {
+                self.redundancy_mut().peers_mut().hold(target, true);
+                self.boot_mut().on_commanded(target);
+                self.services.raise(ErrorCode::MONITORING, [node.get(), 0, 0, 0, 0]);
+                self.send_nmt(NmtMessage { command: Command::Stop, target }, turn);
+            }
+            BabblingStep::Reset => {
+                _ = self.send_nmt(NmtMessage { command: Command::ResetNode, target }, turn)
+            }
+            BabblingStep::BusLeft => {
+                let other = self.redundancy.active().other();
+                self.redundancy_mut().request(other);
+            }
+            BabblingStep::Quiet => {}
+        }
+        turn.out.event(MasterEvent::Babbling { node, step });
+    }
+
+    /// Ends the silence, and what was reported.
+    pub(super) fn run_budget(&mut self, turn: &mut Turn) {
+        match self.budgets.no_sooner().own.poll(turn.until) {
+            Some(BudgetStep::Resume) => self.on_own_command(Command::Start, turn),
+            Some(BudgetStep::Calm) => self.services.within_budget(),
+            None => {}
+        }
+        while let Some((node, was_held)) = self.budgets.no_sooner().slaves.poll(turn.until) {
+            self.redundancy_mut().peers_mut().hold(Target::Node(node), was_held);
+            self.end_babbling(node, turn);
+        }
+    }
+
+    /// The application commands slaves, babbling or not.
+    pub(super) fn on_application_command(&mut self, target: Target, turn: &mut Turn) {
+        while let Some(node) = self.budgets.no_sooner().slaves.on_commanded(target) {
+            self.end_babbling(node, turn);
+        }
+    }
+
+    fn end_babbling(&mut self, node: NodeId, turn: &mut Turn) {
+        self.services.clear(ErrorCode::MONITORING, node.get());
+        turn.out.event(MasterEvent::Babbling { node, step: BabblingStep::Quiet });
     }
 }

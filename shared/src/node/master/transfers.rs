@@ -24,7 +24,7 @@ const GAP_BITS: u32 = 300;
 /// A server that follows to another bus aborts its transfer there: what is sent until then would be taken for aborted.
 const AFTER_SWITCH: Duration = Duration::from_millis(10);
 
-/// Whose transfer it is.
+/// Owner of the transfer that runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Owner {
     Nobody,
@@ -40,12 +40,12 @@ pub(super) enum Owner {
 
 #[derive(Debug)]
 pub(super) struct Transfers {
-    pub client: Client,
-    pub owner: Owner,
-    /// Whose server.
-    pub node: NodeId,
+    client: Client,
+    owner: Owner,
+    /// Node-ID of the server.
+    node: NodeId,
     /// Something was done to the client: it may have something to send.
-    pub is_due: bool,
+    is_due: bool,
     gap: Duration,
     /// Nothing is sent before.
     pause: Option<Instant>,
@@ -87,6 +87,33 @@ impl Transfers {
     pub fn take(&mut self, owner: Owner, node: NodeId) -> &mut Client {
         (self.owner, self.node, self.is_due) = (owner, node, true);
         &mut self.client
+    }
+
+    /// Returns whether there is no transfer.
+    pub fn is_free(&self) -> bool {
+        self.owner == Owner::Nobody
+    }
+
+    /// Returns whether the running transfer is one of `owner`.
+    pub fn is_of(&self, owner: Owner) -> bool {
+        self.owner == owner
+    }
+
+    /// Returns the Node-ID of the server.
+    pub const fn node(&self) -> NodeId {
+        self.node
+    }
+
+    /// Takes received bytes of the transfer. Returns their number.
+    pub fn pull(&mut self, into: &mut [u8]) -> usize {
+        self.client.pull(into)
+    }
+
+    /// Returns the end of the transfer, once. Then the client is free.
+    pub fn finish(&mut self) -> Option<Result<usize, sdo::Error>> {
+        let outcome = self.client.outcome()?;
+        self.owner = Owner::Nobody;
+        Some(outcome)
     }
 
     /// Wakes the tasks that can continue.
@@ -144,7 +171,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         turn: &mut Turn,
         step: impl FnOnce(&mut Client, &mut dyn FnMut(sdo::machine::Payload)) -> R,
     ) -> R {
-        let (bus, lifetime) = (self.redundancy.active(), self.services.lifetimes.sdo);
+        let (bus, lifetime) = (self.redundancy.active(), self.services.sdo_lifetime());
         let Turn { now, out, .. } = turn;
         let transfers = self.transfers_mut();
         let id = CobId::sdo_request(transfers.node);
@@ -154,7 +181,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// An SDO response on the active bus.
     pub(super) fn on_response(&mut self, bus: Bus, node: NodeId, frame: &Frame, turn: &mut Turn) {
         let Ok(payload) = <&sdo::machine::Payload>::try_from(frame.data()) else {
-            return self.services.counters.malformed(bus);
+            return self.services.buses_mut().count_malformed(bus);
         };
         // Not announced: what comes belongs to nothing that was asked here.
         let is_ours = node == self.transfers.node && self.redundancy.is_announced();
@@ -163,7 +190,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             is_ours && self.with_client(turn, |client, mut send| client.on_response(payload, now, &mut send));
         self.transfers_mut().is_due = true;
         if !was_used {
-            self.services.counters.ignored(bus);
+            self.services.buses_mut().count_ignored(bus);
             if self.redundancy.peers().is_answer_late(node) {
                 self.redundancy_mut().on_answer(node, turn.now);
             }
@@ -200,7 +227,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         (transfers.is_due, transfers.pause) = (true, Some(turn.now + AFTER_SWITCH));
         self.serve(SdoStep::BusChanged, turn.now, &mut |frame| *of_server = Some(frame));
         for frame in aborts.into_iter().flatten() {
-            self.send(frame, self.services.lifetimes.sdo, turn);
+            self.send(frame, self.services.sdo_lifetime(), turn);
         }
     }
 
@@ -223,7 +250,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         transfers.pause = None;
         transfers.wake(now);
         self.serve(SdoStep::BusChanged, now, &mut |_| {});
-        self.services.dictionary.stored.give_up();
+        self.services.storage_mut().give_up();
     }
 
     /// Lets the client do what is due.

@@ -1,6 +1,6 @@
 //! Builder of a minimal slave.
 
-use async_canopen::node::extend::{BusCounters, Buses};
+use async_canopen::node::extend::Buses;
 
 use super::{MinimalDevice, MinimalSlave, PDOS};
 use crate::heartbeat;
@@ -44,7 +44,6 @@ impl<D: MinimalDevice> MinimalSlaveBuilder<'_, D> {
             redundancy,
             lifetime: profile.event,
             buses: Buses::new(access, profile.bus_off),
-            counters: BusCounters::default(),
             selector: Selector::new(redundancy),
             heartbeat: heartbeat::machine::Producer::new(id, redundancy.producer),
             syncs: [0; PDOS],

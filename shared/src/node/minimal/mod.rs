@@ -42,7 +42,7 @@ pub use builder::MinimalSlaveBuilder;
 pub use objects::{Permission, assert_minimal, permission};
 pub use pdos::{MinimalPdos, MinimalRpdo, MinimalTpdo, PDOS, Payload, Trigger};
 
-use async_canopen::node::extend::{BusCounters, BusNews, Buses};
+use async_canopen::node::extend::{BusNews, Buses};
 
 use super::{Counters, Filters, LinkEvent, Node};
 use crate::heartbeat;
@@ -67,7 +67,6 @@ pub struct MinimalSlave<D: MinimalDevice> {
     /// Time after which telemetry that waits for its bus expires.
     lifetime: Duration,
     buses: Buses,
-    counters: BusCounters,
     selector: Selector,
     heartbeat: heartbeat::machine::Producer,
     /// SYNCs until each transmit PDO goes out again.
@@ -87,12 +86,12 @@ impl<D: MinimalDevice> MinimalSlave<D> {
 
     /// Returns the counters of the frames of each bus.
     pub const fn counters(&self) -> &PerBus<Counters> {
-        self.counters.all()
+        self.buses.counters()
     }
 
     /// Returns error state and counters of each controller (ECSS 5.6.2b, c).
     pub const fn health(&self) -> &PerBus<Health> {
-        &self.buses.health
+        self.buses.health()
     }
 
     /// Returns whether it follows the master's heartbeat (ECSS 9.4.9.1.1a).
@@ -103,16 +102,16 @@ impl<D: MinimalDevice> MinimalSlave<D> {
     fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let id = frame.id();
         if !self.buses.is_joined(bus, self.active()) {
-            self.counters.ignored(bus);
+            self.buses.count_ignored(bus);
         } else if id == CobId::heartbeat(NodeId::MASTER) {
             self.on_master(bus, frame, stamp, turn);
         } else if bus != self.active() {
-            self.counters.ignored(bus);
+            self.buses.count_ignored(bus);
         } else if id == CobId::SYNC {
             self.on_sync(bus, frame, stamp, turn);
         } else if let Some((nth, pdo)) = D::PDOS.received(id, self.id) {
             if frame.data().len() < usize::from(pdo.least) {
-                return self.counters.malformed(bus);
+                return self.buses.count_malformed(bus);
             }
             let answer = self.device.on_pdo(nth, frame.data(), stamp.at);
             turn.out.event(MinimalEvent::Pdo { bus, number: nth as u8 });
@@ -120,7 +119,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
                 self.answer(number, &payload, turn);
             }
         } else {
-            self.counters.ignored(bus);
+            self.buses.count_ignored(bus);
         }
     }
 
@@ -130,21 +129,21 @@ impl<D: MinimalDevice> MinimalSlave<D> {
             Some(Some(MinimalTpdo { cob_id, trigger: Trigger::Request })) => {
                 self.send(cob_id.of(self.id), payload, turn);
             }
-            _ => self.counters.refused(self.active()),
+            _ => self.buses.count_refused(self.active()),
         }
     }
 
     fn send(&mut self, id: CobId, payload: &Payload, turn: &mut Turn) {
         match Frame::new(id, payload) {
             Ok(frame) => turn.out.send_for(self.active(), frame, turn.now, self.lifetime),
-            Err(_) => self.counters.refused(self.active()),
+            Err(_) => self.buses.count_refused(self.active()),
         }
     }
 
     /// 1019h is not among the objects of a minimal slave: SYNC has no counter.
     fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if !frame.data().is_empty() {
-            return self.counters.malformed(bus);
+            return self.buses.count_malformed(bus);
         }
         turn.out.event(MinimalEvent::Sync { bus });
         for (number, pdo) in D::PDOS.transmit.iter().enumerate() {
@@ -163,12 +162,12 @@ impl<D: MinimalDevice> MinimalSlave<D> {
 
     fn on_master(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if heartbeat::decode(frame).is_none() {
-            return self.counters.malformed(bus);
+            return self.buses.count_malformed(bus);
         }
         if !self.follows_master() {
-            return self.counters.ignored(bus);
+            return self.buses.count_ignored(bus);
         }
-        self.counters.taken(bus, frame);
+        self.buses.count_heartbeat(bus, frame);
         if let Some(selection) = self.selector.on_master(bus, MasterMessage::Heartbeat, stamp.at) {
             self.apply(selection, turn);
         }
@@ -255,7 +254,6 @@ impl<D: MinimalDevice> Node for MinimalSlave<D> {
         if let LinkEvent::Received { frame, stamp } = event {
             return self.on_received(bus, frame, stamp, turn);
         }
-        self.counters.on_link(bus, event);
         match self.buses.on_link(bus, event, turn.now) {
             Some(BusNews::Health(health)) => turn.out.event(MinimalEvent::Health { bus, health }),
             Some(BusNews::Failed(health)) => {
@@ -269,7 +267,7 @@ impl<D: MinimalDevice> Node for MinimalSlave<D> {
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
-        self.counters.received(bus);
+        self.buses.count_received(bus);
         turn.until = stamp.at.min(turn.now);
         self.run(turn);
         turn.until = turn.now;

@@ -26,9 +26,14 @@ impl MappedTime {
     }
 }
 
+/// Returns whether a mapping has an object for which `is_it` holds.
+pub fn has(mapping: &impl Mapping, is_it: impl Fn(u16) -> bool) -> bool {
+    mapping.objects().iter().any(|object| is_it((object >> 16) as u16))
+}
+
 /// Returns whether a mapping has the local time.
 pub fn carries_time(mapping: &impl Mapping) -> bool {
-    mapping.objects().iter().any(|object| is_local_time((object >> 16) as u16))
+    has(mapping, is_local_time)
 }
 
 /// Returns whether the object with this index is the local time.

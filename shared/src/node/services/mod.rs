@@ -2,17 +2,13 @@
 
 mod live;
 mod mapped;
-mod over_budget;
-mod post_mortem;
-mod redundancy;
+mod spacecraft;
 mod state;
 mod time;
 
 pub use live::LiveServices;
 pub use mapped::{MappedTime, carries_time};
-pub use over_budget::BudgetServices;
-pub use post_mortem::PostMortemServices;
-pub use redundancy::RedundancyServices;
+pub use spacecraft::SpacecraftServices;
 pub use state::State;
 pub use time::{TimeServices, check_submilliseconds};
 

@@ -5,17 +5,16 @@ use easy_ext::ext;
 
 use super::Services;
 use super::mapped::{MappedTime, is_local_time};
-use super::state::State;
 use crate::boot::machine::CommonPdo;
 use crate::emcy::ErrorCode;
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
 use crate::node::{NodeObjects, SpacecraftDevice, SpacecraftEvent, Turn};
+use crate::od::CobIdEntry;
 use crate::od::checked::find;
-use crate::od::{CobIdEntry, INVALID};
 use crate::pdo::machine::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
-use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, mean_of_truncated};
+use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, TimeCorrection, TimeService, mean_of_truncated};
 use crate::types::{
     AbortCode, Address, Bus, CobId, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc,
 };
@@ -62,25 +61,42 @@ pub fn check_submilliseconds<D: SpacecraftDevice>(at: Address, value: u32) -> Re
 
 #[ext(TimeServices)]
 impl<D: SpacecraftDevice> Services<D> {
+    /// Returns clock and time service.
+    pub fn time(&self) -> &TimeService {
+        self.state().time()
+    }
+
+    /// Lends clock and time service.
+    pub fn time_mut(&mut self) -> &mut TimeService {
+        self.state_mut().time_mut()
+    }
+
+    /// Lends clock and time service. Returns the correction of the stamps, too.
+    pub fn time_and_correction(&mut self) -> (&mut TimeService, &TimeCorrection) {
+        let (objects, state) = self.objects_and_state();
+        (state.time_mut(), objects.extension.correction())
+    }
+
     /// Returns the local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
-        self.state.time.clock().at(now.into()).scet()
+        self.time().clock().at(now.into()).scet()
     }
 
     /// Returns the spacecraft time at the last SYNC.
     pub fn scet_at_sync(&mut self) -> Option<Scet> {
         let at = self.last_sync()?;
-        Some(self.state.time.clock().at(at).scet())
+        Some(self.time().clock().at(at).scet())
     }
 
     /// Returns when the last SYNC ended at its producer.
     pub fn last_sync(&mut self) -> Option<FineInstant> {
-        self.state.time.last_sync(&self.dictionary.objects.extension.clock.correction)
+        let (time, correction) = self.time_and_correction();
+        time.last_sync(correction)
     }
 
     /// Shows the time `scet` in 2011h and 2013h; `is_short`: rounded, with the lowest three bits zero.
     pub fn show_time(&mut self, scet: FineScet, is_short: bool) {
-        let NodeObjects { application, extension: objects, .. } = &mut self.dictionary.objects;
+        let NodeObjects { application, extension: objects, .. } = self.objects_mut();
         let (bits, scet, utc, used) = if is_short {
             (Places::SHORT, scet.plus(HALF_OF_SCET), scet.plus(HALF_OF_UTC), !LOWEST)
         } else {
@@ -97,14 +113,14 @@ impl<D: SpacecraftDevice> Services<D> {
 
     /// Samples the local time for transmit PDOs.
     pub fn refresh_time(&mut self, at: FineInstant) {
-        let (scet, is_short) = (self.state.time.clock().at(at), self.state.time.is_coarse());
+        let (scet, is_short) = (self.time().clock().at(at), self.time().is_coarse());
         self.show_time(scet, is_short);
     }
 
     /// Samples the local time for transmit PDOs that are sent without SYNC. It is the time of the last SYNC if
     /// the spacecraft time is distributed with SYNC (ECSS 7.2.3k), otherwise the present time (7.2.2).
     pub fn refresh_time_of_events(&mut self, now: Instant) {
-        let of_sync = if self.state.is_time_by_sync { self.last_sync() } else { None };
+        let of_sync = if self.state().is_time_by_sync() { self.last_sync() } else { None };
         self.refresh_time(of_sync.unwrap_or_else(|| now.into()));
     }
 
@@ -117,7 +133,7 @@ impl<D: SpacecraftDevice> Services<D> {
         let parts = if at.index == SCET_GET { LocalScet::PARTS } else { LocalUtc::PARTS };
         if is_local_time(at.index)
             && matches!(command & UPLOADS, UPLOAD | BLOCK_UPLOAD)
-            && let Some(sample) = self.state.time.read(at, parts, now)
+            && let Some(sample) = self.time_mut().read(at, parts, now)
         {
             self.show_time(sample, false);
         }
@@ -125,32 +141,28 @@ impl<D: SpacecraftDevice> Services<D> {
             self.refresh_quality(now);
         }
         if at.index == HEARTBEAT_SENT {
-            self.state.time.range();
+            self.time_mut().range();
         }
     }
 
     /// Updates object 2015h.
     pub fn refresh_quality(&mut self, now: Instant) {
-        let clock = &mut self.dictionary.objects.extension.clock;
-        clock.quality = self.state.time.quality(&clock.correction, now);
+        let (objects, state) = self.objects_and_state();
+        objects.extension.show_quality(state.time(), now);
     }
 
     /// Gives the time service the samples of the client that sends requests with this COB-ID: parts that a client reads one by
     /// one belong to one sample, whatever the other client reads between them.
     pub fn choose_client(&mut self, request: CobId) {
         let nth = self.server_of(request);
-        let State { other_client, time, .. } = &mut self.state;
-        if let Some(other) = other_client.as_mut().first_mut().filter(|other| other.reader != nth) {
-            core::mem::swap(&mut other.samples, time.samples_mut());
-            other.reader = nth;
-        }
+        self.state_mut().choose_client(nth);
     }
 
     /// Takes the end of a heartbeat of this node (2016h). This instant and the one at which another node received
     /// the heartbeat give the delay of the cable between them.
     pub fn note_heartbeat(&mut self, stamp: &Stamp) {
-        if let Some(sent) = self.state.time.on_heartbeat(stamp.fine()) {
-            self.dictionary.objects.extension.clock.heartbeat_sent = sent.units();
+        if let Some(sent) = self.time_mut().on_heartbeat(stamp.fine()) {
+            self.objects_mut().extension.show_heartbeat(sent);
         }
     }
 
@@ -163,12 +175,12 @@ impl<D: SpacecraftDevice> Services<D> {
         stamp: &Stamp,
         turn: &mut Turn<'_, V>,
     ) {
-        let kind = self.state.mapped_time.as_ref().get(number).copied().unwrap_or_default();
+        let kind = self.state().mapped_time(number);
         // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
-        let pdo = self.dictionary.objects.pdos.rpdos().0.get(number);
+        let pdo = self.objects().pdos.rpdos().0.get(number);
         let by_sync = pdo.is_some_and(|pdo| is_synchronous(pdo.transmission));
         if !self.follow_time(kind, by_sync, stamp, turn) {
-            self.counters.malformed(bus);
+            self.buses_mut().count_malformed(bus);
         }
     }
 
@@ -183,7 +195,7 @@ impl<D: SpacecraftDevice> Services<D> {
         let Some((number, pdo)) = self.numbered_time_pdo().filter(|(_, pdo)| pdo.id == frame.id()) else {
             return false;
         };
-        let objects = &mut self.dictionary.objects;
+        let objects = self.objects_mut();
         let (mut bits, mut carried) = (frame.bits(), MappedTime::None);
         for nth in 0.. {
             let tpdos = objects.pdos.tpdos().1;
@@ -217,10 +229,9 @@ impl<D: SpacecraftDevice> Services<D> {
         stamp: &Stamp,
         turn: &mut Turn<'_, V>,
     ) -> bool {
-        self.state.time.forget_written();
+        self.time_mut().forget_written();
         let Some((scet, places)) = self.brought_time(kind) else { return false };
-        let time = &mut self.state.time;
-        let correction = &self.dictionary.objects.extension.clock.correction;
+        let (time, correction) = self.time_and_correction();
         let was_set = time.clock().is_synchronised();
         time.on_places(places);
         let taken = if by_sync {
@@ -245,7 +256,7 @@ impl<D: SpacecraftDevice> Services<D> {
 
     /// Emergencies that last as long as their cause.
     pub fn report_clock(&mut self) {
-        let time = &self.state.time;
+        let time = self.time();
         let (are_two, is_saturated) = (time.has_two_producers(), time.clock().is_saturated());
         self.set_error(ErrorCode::CAN_ID_COLLISION, TWO_PRODUCERS, are_two);
         self.set_error(ErrorCode::EXTERNAL, CLOCK_SATURATED, is_saturated);
@@ -253,14 +264,14 @@ impl<D: SpacecraftDevice> Services<D> {
 
     /// Notes that this node sent a SYNC. Returns whether it was found just now that its SYNCs are not captured.
     pub fn on_sync_produced(&mut self) -> bool {
-        let is_uncaptured = self.state.time.is_uncaptured();
+        let is_uncaptured = self.time().is_uncaptured();
         self.set_error(ErrorCode::EXTERNAL, SYNC_UNCAPTURED, is_uncaptured)
     }
 
     /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it, and its places.
     /// `None`: it is no time.
     pub fn brought_time(&mut self, kind: MappedTime) -> Option<(FineScet, Places)> {
-        let NodeObjects { application, extension: objects, .. } = &mut self.dictionary.objects;
+        let NodeObjects { application, extension: objects, .. } = self.objects_mut();
         if kind == MappedTime::Utc {
             let bits = if D::SUBMILLISECONDS { BITS_OF_MICROS } else { BITS_OF_MS };
             // 7.1.3g: bits that a device lacks do not say how the producer stamps.
@@ -269,7 +280,7 @@ impl<D: SpacecraftDevice> Services<D> {
         }
         // 7.1.2h: what a device lacks it does not look at.
         let scet = Scet::from(objects.time.scet_set).truncated(D::FINE_BITS);
-        let bits = D::FINE_BITS.min(u32::from(objects.clock.correction.fine_bits));
+        let bits = D::FINE_BITS.min(u32::from(objects.correction().fine_bits));
         let is_short = bits > Places::SHORT && scet.fine() as u16 & LOWEST == 0;
         Some((FineScet::from(scet).plus(mean_of_truncated(bits)), Places { bits, is_short }))
     }
@@ -280,7 +291,7 @@ impl<D: SpacecraftDevice> Services<D> {
         scet: FineScet,
         turn: &mut Turn<'_, V>,
     ) {
-        let step = self.state.time.set(scet, turn.now.into());
+        let step = self.time_mut().set(scet, turn.now.into());
         turn.out.signal(V::extension(SpacecraftEvent::Step(step)));
     }
 
@@ -297,10 +308,10 @@ impl<D: SpacecraftDevice> Services<D> {
             _ => return,
         };
         // Noted whatever the other parts are: a PDO may have left a time there that is none.
-        if !self.state.time.on_part_written(at, parts, turn.now) {
+        if !self.time_mut().on_part_written(at, parts, turn.now) {
             return;
         }
-        let NodeObjects { application, extension: objects, .. } = &mut self.dictionary.objects;
+        let NodeObjects { application, extension: objects, .. } = self.objects_mut();
         let scet = if at.index == SCET_SET {
             Some(FineScet::from(Scet::from(objects.time.scet_set).truncated(D::FINE_BITS)))
         } else {
@@ -317,10 +328,15 @@ impl<D: SpacecraftDevice> Services<D> {
     }
 
     pub fn numbered_time_pdo(&self) -> Option<(usize, CommonPdo)> {
-        let pdos = &self.dictionary.objects.pdos;
-        let mut tpdos = pdos.tpdos().0.iter().zip(self.state.carries_time.as_ref()).enumerate();
-        tpdos.find_map(|(number, (pdo, carries))| {
-            let id = CobIdEntry::from_raw(pdo.cob_id).cob_id().filter(|_| *carries)?;
+        self.time_pdos().next()
+    }
+
+    /// Returns number and parameters of each valid transmit PDO that carries the local time.
+    pub fn time_pdos(&self) -> impl Iterator<Item = (usize, CommonPdo)> {
+        let (tpdos, _) = self.objects().pdos.tpdos();
+        let carriers = tpdos.iter().enumerate().filter(|(number, _)| self.state().carries_time(*number));
+        carriers.filter_map(|(number, pdo)| {
+            let id = CobIdEntry::from_raw(pdo.cob_id).cob_id()?;
             Some((number, CommonPdo { id, transmission: pdo.transmission }))
         })
     }
@@ -328,10 +344,7 @@ impl<D: SpacecraftDevice> Services<D> {
     /// Returns the lifetime of a synchronous PDO. A PDO that carries the time must not be taken for that of the
     /// next SYNC.
     pub fn synchronous_lifetime(&self, whole: Duration) -> Duration {
-        let pdos = &self.dictionary.objects.pdos;
-        let mut tpdos = pdos.tpdos().0.iter().zip(self.state.carries_time.as_ref());
-        let carries_time = tpdos
-            .any(|(pdo, carries)| *carries && pdo.cob_id & INVALID == 0 && is_synchronous(pdo.transmission));
+        let carries_time = self.time_pdos().any(|(_, pdo)| is_synchronous(pdo.transmission));
         if carries_time { Duration::from_micros(whole.as_micros() / 2) } else { whole }
     }
 }

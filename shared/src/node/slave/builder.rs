@@ -2,11 +2,13 @@
 
 use super::Slave;
 use crate::emcy::PostMortem;
+use crate::node::stored::Stored;
 use crate::node::{Hardware, SpacecraftDevice};
 use crate::profile::Profile;
+use crate::redundancy::Parameters;
 use crate::store::identity::MAINTENANCE;
 use crate::store::{ParameterStore, RetainedMemory};
-use crate::types::NodeId;
+use crate::types::{Bus, Duration, NodeId};
 
 /// Builder of a [`Slave`]. A board gives all that its slave uses at once, as `hardware`:
 ///
@@ -88,18 +90,37 @@ impl<D: SpacecraftDevice> Slave<D> {
     /// Takes what the board has, before power-on.
     fn equip(&mut self, hardware: Hardware) {
         let Hardware { store, retained, post_mortem, late_heartbeats } = hardware;
-        self.canopen.services.dictionary.objects.extension.post_mortem.record = post_mortem;
-        if self.canopen.control.id() == MAINTENANCE {
+        self.canopen.services_mut().objects_mut().extension.set_post_mortem(post_mortem);
+        if self.canopen.id() == MAINTENANCE {
             return self.maintain(store);
         }
-        self.canopen.control.no_sooner().set_pattern(late_heartbeats);
+        self.canopen.control_mut().set_pattern(late_heartbeats);
         if let Some(words) = retained {
             self.retain(words);
         }
         if let Some(store) = store {
             self.show_node_id(store);
-            self.canopen.services.dictionary.stored.store = Some(store);
+            *self.canopen.services_mut().storage_mut() = Stored::new(Some(store));
             self.load_all();
         }
+    }
+
+    /// Makes it a slave in maintenance mode: see [`Slave::builder`].
+    fn maintain(&mut self, store: Option<&'static mut (dyn ParameterStore + Send)>) {
+        // Without a consumer time there is no search, without a producer time no heartbeat.
+        let (consumer, producer) = (Duration::ZERO, Duration::ZERO);
+        self.initial = Parameters { consumer, producer, bdefault: Bus::Nominal, ..self.initial };
+        self.canopen.maintain();
+        // Nothing is loaded; Bdefault is selected.
+        self.load_all();
+        if let Some(store) = store {
+            self.show_node_id(store);
+            self.canopen.services_mut().storage_mut().maintain(store);
+        }
+    }
+
+    /// Object 2046h.
+    fn show_node_id(&mut self, store: &mut (dyn ParameterStore + Send)) {
+        self.canopen.services_mut().objects_mut().extension.show_node_id(store.node_id());
     }
 }

@@ -8,7 +8,9 @@ use crate::heartbeat::machine::NodeControl;
 use crate::link::Stamp;
 use crate::node::extend::Outbox;
 use crate::node::probe::{Probe, TwoServers};
-use crate::node::{BusCommand, DeviceNode, LinkEvent, Node, Slave, SlaveEvent, SpacecraftDevice, Turn};
+use crate::node::{
+    BusCommand, DeviceNode, LinkEvent, Node, NodeObjects, Slave, SlaveEvent, SpacecraftDevice, Turn,
+};
 use crate::profile::Profile;
 use crate::sdo::TwoSdoServers;
 use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NodeId};
@@ -73,8 +75,12 @@ impl<D: SpacecraftDevice> Bench<D> {
         }
     }
 
+    fn objects_mut(&mut self) -> &mut NodeObjects<D> {
+        self.slave.canopen.services_mut().objects_mut()
+    }
+
     fn mended(&self) -> u16 {
-        self.slave.canopen.services.dictionary.objects.extension.identity.mended
+        self.slave.objects().extension.identity.mended
     }
 }
 
@@ -85,9 +91,9 @@ impl<D: SpacecraftDevice> Bench<D> {
 #[test]
 fn a_flipped_cob_id_is_mended_while_the_slave_runs() {
     let mut bench = Bench::new();
-    bench.slave.canopen.services.dictionary.objects.pdos.rpdos[0].cob_id ^= 1 << 1;
+    bench.objects_mut().pdos.rpdos[0].cob_id ^= 1 << 1;
     bench.heartbeats(32);
-    let objects = &bench.slave.canopen.services.dictionary.objects;
+    let objects = bench.slave.objects();
     assert_eq!((objects.pdos.rpdos[0].cob_id, bench.mended()), (0x205, 1));
     assert!(bench.filters > 0, "a bus may have the filter of the false COB-ID");
     let reports = bench.sent.iter().filter(|frame| frame.id() == CobId::emcy(ID) && frame.data()[1] == 0x50);
@@ -115,13 +121,13 @@ fn a_flipped_bit_of_1005h_gives_a_consumer_no_false_sync() {
     for bit in 0..32 {
         let mut bench = Bench::new();
         assert_eq!((syncs(&mut bench, 0x080), syncs(&mut bench, 0x081)), (1, 0));
-        bench.slave.canopen.services.dictionary.objects.communication.sync.cob_id ^= 1 << bit;
+        bench.objects_mut().communication.sync.cob_id ^= 1 << bit;
         if bit < 11 {
             assert_eq!(syncs(&mut bench, 0x080 ^ 1 << bit), 0, "bit {bit}");
         }
         assert_eq!(syncs(&mut bench, 0x080), 1, "bit {bit}");
         bench.heartbeats(32);
-        assert_eq!(bench.slave.canopen.services.dictionary.objects.communication.sync.cob_id, 0x80);
+        assert_eq!(bench.slave.objects().communication.sync.cob_id, 0x80);
         assert_eq!((bench.mended(), syncs(&mut bench, 0x080)), (1, 1), "bit {bit}");
     }
 }
@@ -132,7 +138,7 @@ fn a_flipped_bit_of_1005h_gives_a_consumer_no_false_sync() {
 #[test]
 fn a_flipped_node_id_is_mended_before_the_next_heartbeat() {
     let mut bench = Bench::new();
-    bench.slave.canopen.control.no_sooner().set_id(NodeId::of::<7>());
+    bench.slave.canopen.control_mut().set_id(NodeId::of::<7>());
     bench.heartbeats(1);
     let heartbeats: Vec<CobId> = bench.sent.iter().map(Frame::id).filter(|id| id.raw() > 0x700).collect();
     assert_eq!((heartbeats, bench.mended()), ([CobId::heartbeat(ID)].to_vec(), 1));
@@ -147,7 +153,7 @@ fn a_flipped_node_id_of_heartbeats_is_mended_too() {
     let mut bench = Bench::new();
     let mut control = NodeControl::new(NodeId::of::<7>(), Profile::DEFAULT.heartbeat, Duration::ZERO, false);
     control.boot(bench.now);
-    *bench.slave.canopen.control.no_sooner() = control;
+    *bench.slave.canopen.control_mut() = control;
     bench.heartbeats(1);
     let heartbeats: Vec<CobId> = bench.sent.iter().map(Frame::id).filter(|id| id.raw() > 0x700).collect();
     assert_eq!(heartbeats, [CobId::heartbeat(ID)]);
@@ -159,11 +165,11 @@ fn a_flipped_node_id_of_heartbeats_is_mended_too() {
 #[test]
 fn a_command_for_the_false_node_id_is_not_obeyed() {
     let mut bench = Bench::new();
-    bench.slave.canopen.control.no_sooner().set_id(NodeId::of::<7>());
+    bench.slave.canopen.control_mut().set_id(NodeId::of::<7>());
     let command = Frame::of(CobId::NMT, [0x02, 7]);
     let stamp = Stamp::interrupt(bench.now);
     bench.link(Bus::Nominal, &LinkEvent::Received { frame: command, stamp });
-    assert_eq!(bench.slave.canopen.control.state(), crate::types::NmtState::PreOperational);
+    assert_eq!(bench.slave.canopen.state(), crate::types::NmtState::PreOperational);
     assert_eq!(bench.mended(), 1);
 }
 
@@ -189,7 +195,7 @@ fn a_flipped_node_id_is_mended_before_the_boot_after_a_silence() {
         bench.heartbeats(1);
     }
     bench.sent.clear();
-    bench.slave.canopen.control.no_sooner().set_id(NodeId::of::<7>());
+    bench.slave.canopen.control_mut().set_id(NodeId::of::<7>());
     bench.now = resumed_at;
     bench.with(|slave, turn| slave.poll(turn));
     assert_eq!(bench.sent[0], Frame::of(CobId::heartbeat(ID), [0]));
@@ -220,11 +226,11 @@ fn a_flipped_cob_id_of_the_second_sdo_server_is_mended() {
                 bench.with(|slave, turn| assert_eq!(slave.write(at, &entry.to_le_bytes(), turn), Ok(())));
             }
             assert_eq!(answers_of_second_server(&mut bench), 1);
-            let second = &mut bench.slave.canopen.services.dictionary.objects.sdo.second;
+            let second = &mut bench.objects_mut().sdo.second;
             *(if sub == 1 { &mut second.request } else { &mut second.response }) ^= 1 << bit;
             assert_eq!(answers_of_second_server(&mut bench), 1, "the server has copies of its own");
             bench.heartbeats(32);
-            let second = bench.slave.canopen.services.dictionary.objects.sdo.second;
+            let second = bench.slave.objects().sdo.second;
             assert_eq!([second.request, second.response], entries, "sub {sub}, bit {bit}");
             assert_eq!(
                 (bench.mended(), answers_of_second_server(&mut bench)),

@@ -4,7 +4,7 @@ use super::Slave;
 use crate::emcy::DeviceError;
 use crate::link::Stamp;
 use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
-use crate::node::services::RedundancyServices;
+use crate::node::services::SpacecraftServices;
 use crate::node::slave::Turn;
 use crate::node::{DeviceNode, NodeObjects, SelfTest, SpacecraftDevice};
 use crate::store::Group;
@@ -16,12 +16,12 @@ const LAST_OWN: u16 = SELF_TEST_START;
 impl<D: SpacecraftDevice> Slave<D> {
     /// Returns the object dictionary.
     pub fn objects(&self) -> &NodeObjects<D> {
-        &self.canopen.services.dictionary.objects
+        self.canopen.services().objects()
     }
 
     /// Returns the object dictionary alone, for a data sheet.
     pub fn into_objects(self) -> NodeObjects<D> {
-        self.canopen.services.dictionary.objects
+        self.canopen.into_objects()
     }
 
     /// Takes an event of the application: sends a transmit PDO (0 is the first) by its transmission type. Refuses
@@ -33,7 +33,7 @@ impl<D: SpacecraftDevice> Slave<D> {
     /// An SDO request on the active bus.
     #[inline(never)]
     pub(super) fn on_sdo(&mut self, frame: &Frame, turn: &mut Turn) {
-        if self.canopen.services.on_plain_segment(frame, turn.now) {
+        if self.canopen.services_mut().on_plain_segment(frame, turn.now) {
             // Its deadline has only moved away.
             self.run(turn);
         } else {
@@ -60,7 +60,7 @@ impl<D: SpacecraftDevice> Slave<D> {
     #[inline(never)]
     pub(super) fn on_pdo(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let bus = self.redundancy.selected();
-        if self.canopen.services.on_pdo(bus, frame, stamp, turn) {
+        if self.canopen.services_mut().on_pdo(bus, frame, stamp, turn) {
             self.run(turn);
         } else {
             self.on_network(bus, frame, stamp, turn);
@@ -72,20 +72,16 @@ impl<D: SpacecraftDevice> Slave<D> {
         if at.index <= LAST_OWN {
             self.on_own_written(at, turn);
         }
-        self.canopen.services.report_written(at, turn);
+        self.canopen.services_mut().report_written(at, turn);
     }
 
     /// Goes on with a save that runs, and answers its client at its end.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: five of these save 40 bytes
     pub(super) fn advance_save(&mut self, turn: &mut Turn) {
-        let Some((answer, saved)) = self.canopen.services.advance_save(turn.now) else { return };
+        let Some((answer, saved)) = self.canopen.services_mut().advance_save(turn.now) else { return };
         if let Some(frame) = answer {
-            turn.out.send_for(
-                self.redundancy.selected(),
-                frame,
-                turn.now,
-                self.canopen.services.lifetimes.sdo,
-            );
+            let lifetime = self.canopen.services().sdo_lifetime();
+            turn.out.send_for(self.redundancy.selected(), frame, turn.now, lifetime);
         }
         if let Some(at) = saved
             && Group::from_sub(at.sub).is_some_and(|group| group.contains(REDUNDANCY))
@@ -99,14 +95,14 @@ impl<D: SpacecraftDevice> Slave<D> {
     fn on_own_written(&mut self, at: Address, turn: &mut Turn) {
         self.canopen.on_own_written(at, turn);
         if matches!(at.index, CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY) {
-            let written = self.canopen.services.written_redundancy();
-            self.redundancy.change(&mut self.canopen.services.wakes).configure(written);
+            let written = self.canopen.services().written_redundancy();
+            self.redundancy.change(self.canopen.wakes_mut()).configure(written);
         }
     }
 
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
     pub fn report_self_test(&mut self, result: SelfTest, now: Instant) {
-        self.canopen.services.change(now, |objects| objects.extension.self_test = result);
+        self.canopen.services_mut().change(now, |objects| objects.extension.self_test = result);
     }
 }
 
@@ -118,11 +114,11 @@ impl<D: SpacecraftDevice> DeviceNode for Slave<D> {
     }
 
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
-        self.canopen.services.change(now, |objects| change(&mut objects.application))
+        self.canopen.services_mut().change(now, |objects| change(&mut objects.application))
     }
 
     fn write(&mut self, at: Address, value: &[u8], turn: &mut Turn) -> Result<(), AbortCode> {
-        if let Some(at) = self.canopen.services.write(at, value, turn.now)? {
+        if let Some(at) = self.canopen.services_mut().write(at, value, turn.now)? {
             self.on_written(at, turn);
         }
         self.run(turn);
@@ -130,10 +126,10 @@ impl<D: SpacecraftDevice> DeviceNode for Slave<D> {
     }
 
     fn raise(&mut self, error: DeviceError, info: [u8; 4]) {
-        self.canopen.services.raise(error.code, error.field(info));
+        self.canopen.services_mut().raise(error.code, error.field(info));
     }
 
     fn clear(&mut self, error: DeviceError) {
-        self.canopen.services.clear(error.code, error.source);
+        self.canopen.services_mut().clear(error.code, error.source);
     }
 }

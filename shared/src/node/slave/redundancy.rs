@@ -3,9 +3,10 @@
 use async_canopen::node::extend::SdoStep;
 
 use super::Slave;
+use crate::heartbeat::machine::NodeControl;
 use crate::link::Stamp;
 use crate::nmt::machine::Reaction;
-use crate::node::services::RedundancyServices;
+use crate::node::services::SpacecraftServices;
 use crate::node::slave::Turn;
 use crate::node::{SlaveEvent, SpacecraftDevice};
 use crate::redundancy::{BusCause, SlaveAction, SlaveRedundancy, SlaveStep, SlaveVerdict};
@@ -18,10 +19,9 @@ impl<D: SpacecraftDevice> Slave<D> {
         turn: &mut Turn,
         decide: impl FnOnce(&mut SlaveRedundancy, &mut SlaveStep) -> R,
     ) -> R {
-        let Slave { canopen, redundancy, .. } = self;
-        let received = canopen.services.counters.all_received();
-        let mut step = SlaveStep::new(turn.now, &canopen.control, received);
-        let result = decide(redundancy.no_sooner(), &mut step);
+        let received = self.canopen.services().buses().received();
+        let mut step = SlaveStep::new(turn.now, self.canopen.control(), received);
+        let result = decide(self.redundancy.no_sooner(), &mut step);
         let actions = step.into_actions();
         self.carry_out_all(&actions, turn);
         result
@@ -29,16 +29,15 @@ impl<D: SpacecraftDevice> Slave<D> {
 
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: once for all decisions
     fn carry_out_all(&mut self, actions: &[SlaveAction], turn: &mut Turn) {
-        self.redundancy.settle(&mut self.canopen.services.wakes);
+        self.redundancy.settle(self.canopen.wakes_mut());
         actions.iter().for_each(|action| self.carry_out(*action, turn));
     }
 
     /// Restores the communication profile, boots up and begins the search (ECSS 8.3.2).
     pub(super) fn boot(&mut self, turn: &mut Turn) {
         self.canopen.restore_communication(self.initial.heartbeats(), turn.now);
-        let services = &mut self.canopen.services;
-        let parameters = services.written_redundancy();
-        let bus = self.redundancy.change(&mut services.wakes).boot(parameters, turn.now);
+        let parameters = self.canopen.services().written_redundancy();
+        let bus = self.redundancy.change(self.canopen.wakes_mut()).boot(parameters, turn.now);
         self.canopen.boot(bus, turn);
     }
 
@@ -48,22 +47,23 @@ impl<D: SpacecraftDevice> Slave<D> {
         if frame.id() == CobId::NMT {
             self.canopen.check_node_id();
         }
-        let verdict = self.redundancy.no_sooner().on_usual_frame(bus, frame, stamp.at, &self.canopen.control);
+        let verdict =
+            self.redundancy.no_sooner().on_usual_frame(bus, frame, stamp.at, self.canopen.control());
         match verdict.unwrap_or_else(|| self.on_rare_frame(bus, frame, stamp, turn)) {
             SlaveVerdict::Heard => {
-                self.canopen.services.counters.taken(bus, frame);
+                self.canopen.buses_mut().count_heartbeat(bus, frame);
                 if frame.bits() == 0 {
                     // A boot-up message: another master, or the same one that has forgotten all.
-                    self.canopen.services.announce(turn.now);
+                    self.canopen.services_mut().announce(turn.now);
                 } else {
-                    self.canopen.services.dictionary.emcy.no_sooner().confirm();
+                    self.canopen.services_mut().confirm_emergencies();
                 }
                 turn.out.event(SlaveEvent::Heartbeat { bus });
             }
-            SlaveVerdict::Taken => self.canopen.services.counters.taken(bus, frame),
+            SlaveVerdict::Taken => self.canopen.buses_mut().count_heartbeat(bus, frame),
             SlaveVerdict::Peer => self.canopen.on_peer_heartbeat(bus, frame, stamp, turn),
-            SlaveVerdict::Ignored => self.canopen.services.counters.ignored(bus),
-            SlaveVerdict::Malformed => self.canopen.services.counters.malformed(bus),
+            SlaveVerdict::Ignored => self.canopen.buses_mut().count_ignored(bus),
+            SlaveVerdict::Malformed => self.canopen.buses_mut().count_malformed(bus),
         }
         self.run(turn);
     }
@@ -74,35 +74,30 @@ impl<D: SpacecraftDevice> Slave<D> {
     }
 
     fn carry_out(&mut self, action: SlaveAction, turn: &mut Turn) {
-        let Slave { canopen, redundancy, .. } = self;
-        let now = turn.now;
-        let wakes = &mut canopen.services.wakes;
+        let (now, canopen) = (turn.now, &mut self.canopen);
         let event = match action {
             SlaveAction::Obey(command) => {
-                let reaction = canopen.control.change(wakes).on_command(command, now);
-                return self.change_state(reaction, turn);
+                return self.change_state(turn, |control| control.on_command(command, now));
             }
             SlaveAction::EnterPreOperational => {
-                let reaction = canopen.control.change(wakes).on_master_missed();
-                return self.change_state(reaction, turn);
+                return self.change_state(turn, NodeControl::on_master_missed);
             }
             SlaveAction::FallSilent { bus } => {
-                canopen.services.dictionary.emcy.change(wakes).hasten();
+                canopen.services_mut().emcy_mut().hasten();
                 canopen.run_device(bus, turn);
-                let reaction = canopen.control.change(&mut canopen.services.wakes).fall_silent();
-                return self.change_state(reaction, turn);
+                return self.change_state(turn, NodeControl::fall_silent);
             }
             SlaveAction::WaitForReset => return canopen.wait_for_reset(turn),
-            SlaveAction::Announce => return canopen.control.change(wakes).announce(now),
+            SlaveAction::Announce => return canopen.control_mut().announce(now),
             SlaveAction::ShowParameters => {
-                return canopen.services.show_redundancy(redundancy.parameters(), now);
+                return canopen.services_mut().show_redundancy(self.redundancy.parameters(), now);
             }
             SlaveAction::Raise { code, source } => {
-                canopen.services.raise(code, [source, 0, 0, 0, 0]);
+                canopen.services_mut().raise(code, [source, 0, 0, 0, 0]);
                 return;
             }
             SlaveAction::Clear { code, source } => {
-                canopen.services.clear(code, source);
+                canopen.services_mut().clear(code, source);
                 return;
             }
             SlaveAction::Retain(retained) => return self.memory.write(retained),
@@ -124,29 +119,32 @@ impl<D: SpacecraftDevice> Slave<D> {
     fn use_bus(&mut self, bus: Bus, cause: BusCause, is_new: bool, turn: &mut Turn) {
         let canopen = &mut self.canopen;
         if is_new {
-            canopen.services.dictionary.emcy.change(&mut canopen.services.wakes).recall(turn.now);
-            canopen.services.buses.no_sooner().change(bus.other(), bus, turn.out);
+            canopen.services_mut().emcy_mut().recall(turn.now);
+            canopen.buses_mut().change(bus.other(), bus, turn.out);
             // Aborts the running transfer and reports it on the new bus.
             canopen.serve(SdoStep::BusChanged, bus, turn);
         }
         if matches!(cause, BusCause::Found | BusCause::Followed | BusCause::TakenBack) {
-            canopen.services.announce(turn.now);
+            canopen.services_mut().announce(turn.now);
         }
     }
 
-    #[inline(never)] // row `size.pyboard-v11.slave.flash`: of three callers
-    fn change_state(&mut self, reaction: Reaction, turn: &mut Turn) {
-        if self.canopen.follow(reaction, turn) {
+    fn change_state(&mut self, turn: &mut Turn, change: impl FnOnce(&mut NodeControl) -> Reaction) {
+        if self.canopen.change_state(turn, change) {
             self.boot(turn);
         }
     }
 
     /// Writes Bdefault beyond power-off. A node without a parameter store keeps nothing.
     fn note_bdefault(&mut self, bus: Bus, may_write: bool, turn: &mut Turn) {
-        let id = self.canopen.control.id();
-        let mut note = || self.canopen.services.dictionary.stored.note_bdefault(id, bus);
-        let outcome = if may_write { note().map(|outcome| outcome.is_ok()) } else { Some(false) };
-        if let Some(is_kept) = outcome {
+        let id = self.canopen.id();
+        let storage = self.canopen.services_mut().storage_mut();
+        let is_kept = if may_write {
+            storage.note_bdefault(id, bus).map(|outcome| outcome.is_ok())
+        } else {
+            Some(false)
+        };
+        if let Some(is_kept) = is_kept {
             self.memory.write(self.redundancy.no_sooner().on_noted(bus, is_kept));
             turn.out.event(SlaveEvent::BdefaultNoted { bus, is_kept });
         }

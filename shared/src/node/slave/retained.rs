@@ -2,10 +2,11 @@
 
 use super::Slave;
 use crate::node::SpacecraftDevice;
-use crate::node::services::RedundancyServices;
+use crate::node::services::SpacecraftServices;
 use crate::node::slave::Turn;
 use crate::redundancy::Retained;
 use crate::store::{Group, RetainedMemory};
+use crate::types::Bus;
 
 /// Memory that outlives a reset, if the board has some.
 #[derive(Default)]
@@ -35,24 +36,26 @@ impl<D: SpacecraftDevice> Slave<D> {
 
     /// Before power-on: takes what is stored.
     pub(super) fn load_all(&mut self) {
-        self.canopen.services.dictionary.objects.extension.redundancy.parameters.bdefault =
-            self.initial.bdefault.bdefault();
-        self.canopen.services.load(Group::All);
+        self.show_bdefault(self.initial.bdefault);
+        self.canopen.services_mut().load(Group::All);
         self.select_bdefault(self.redundancy.retained());
     }
 
     /// Before power-on: selects the retained Bdefault, else the stored one, which the dictionary has (ECSS 8.3.2a).
     fn select_bdefault(&mut self, retained: Retained) {
-        let services = &mut self.canopen.services;
-        let stored = services.written_redundancy();
-        self.redundancy.no_sooner().restart(services.buses.access(), stored, retained);
-        services.dictionary.objects.extension.redundancy.parameters.bdefault =
-            self.redundancy.selected().bdefault();
+        let services = self.canopen.services();
+        let (access, stored) = (services.buses().access(), services.written_redundancy());
+        self.redundancy.no_sooner().restart(access, stored, retained);
+        self.show_bdefault(self.redundancy.selected());
+    }
+
+    fn show_bdefault(&mut self, bus: Bus) {
+        self.canopen.services_mut().objects_mut().extension.set_bdefault(bus);
     }
 
     /// "save" or "load" was written: the next reset starts on the Bdefault that is stored now.
     pub(super) fn on_stored(&mut self, is_saved: bool, turn: &mut Turn) {
-        let written = self.canopen.services.written_redundancy().bdefault;
+        let written = self.canopen.services().written_redundancy().bdefault;
         let stored = if is_saved { written } else { self.initial.bdefault };
         self.decide(turn, |redundancy, step| redundancy.on_stored(stored, step));
     }

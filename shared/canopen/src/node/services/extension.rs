@@ -7,11 +7,11 @@ use super::Services;
 use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::node::events::{NodeEvent, SlaveEvents};
-use crate::node::storage::{NoStore, Storage};
 use crate::node::turn::Turn;
 use crate::node::{Counters, Device, Event};
 use crate::od::Objects;
 use crate::pdo::Mapping;
+use crate::store::storage::{NoStore, Storage};
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NodeId, PerBus};
 
 /// Parts of a node beyond CANopen, for a device `D`. The value itself holds their objects. The image of a node has no code

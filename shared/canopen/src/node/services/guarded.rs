@@ -13,14 +13,13 @@
 #[cfg(test)]
 mod tests;
 
-use super::{Dictionary, Services};
+use super::Services;
 use crate::emcy::ErrorCode;
+use crate::node::Device;
 use crate::node::index::{EMCY_COB_ID, LAST_RPDO, LAST_TPDO, RPDO, SYNC_COB_ID, TPDO};
 use crate::node::services::extension::Extension;
-use crate::node::services::objects::NodeObjects;
 use crate::node::services::rules::{SYNC_IS_USED, is_channel};
-use crate::node::{Communication, Device};
-use crate::od::CobIdEntry;
+use crate::od::copies::{Copied, Copies};
 use crate::pdo::{Direction, PdoSlots};
 use crate::sdo::SdoServers;
 use crate::types::{Address, CobId, Instant, NodeId, Sealed};
@@ -35,46 +34,6 @@ const HEARTBEATS: usize = 32;
 const SYNC: usize = 0;
 const EMCY: usize = 1;
 const FIRST_RPDO: usize = 2;
-
-/// A COB-ID and its complement.
-#[derive(Clone, Copy, Debug)]
-pub struct Copied([u32; 2]);
-
-impl Copied {
-    /// Copy of no COB-ID. It is replaced before it is compared.
-    pub const NONE: Copied = Copied([0; 2]);
-
-    const fn of(cob_id: u32) -> Copied {
-        Copied([cob_id, !cob_id])
-    }
-
-    /// Returns the copied value, unless a bit has flipped.
-    fn whole(self) -> Option<u32> {
-        let Copied([cob_id, complement]) = self;
-        (cob_id == !complement).then_some(cob_id)
-    }
-}
-
-/// The three copies of a COB-ID.
-pub struct Copies<'a> {
-    pub object: &'a mut u32,
-    pub second: &'a mut Copied,
-    pub in_use: Sealed,
-    /// Bits of the object of which the service takes notice.
-    pub flags: u32,
-}
-
-impl Copies<'_> {
-    /// Corrects object and second copy. Returns whether one of the three was wrong.
-    fn correct(self) -> bool {
-        let whole = self.second.whole();
-        let right = whole.unwrap_or(*self.object);
-        let is_used = Sealed::maybe(CobIdEntry::from_raw(right & self.flags).cob_id()) == self.in_use;
-        let is_right = is_used && whole == Some(*self.object);
-        (*self.object, *self.second) = (right, Copied::of(right));
-        !is_right
-    }
-}
 
 /// Corrects the one of three copies of a Node-ID that differs from the others. Returns whether one
 /// differed.
@@ -133,7 +92,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     /// What is wrong is corrected, and an emergency reports it.
     #[inline(never)] // with heartbeats
     pub fn compare_node_ids(&mut self, own: &mut NodeId) {
-        let is_wrong = correct([own, &mut self.id, &mut self.dictionary.id]);
+        let is_wrong = correct([own, &mut self.id, self.dictionary.id_mut()]);
         let sdo_id = Sealed::of(CobId::sdo_request(*own));
         if is_wrong || self.sdo_id != sdo_id {
             self.sdo_id = sdo_id;
@@ -155,8 +114,8 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     fn copy_cob_id(&mut self, number: usize) {
-        if let Some(Copies { object, second, .. }) = self.copies(number) {
-            *second = Copied::of(*object);
+        if let Some(copies) = self.copies(number) {
+            copies.renew();
         }
     }
 
@@ -170,15 +129,10 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
             is_wrong |= self.copies(number).is_some_and(Copies::correct);
         }
         if is_wrong {
-            let Dictionary {
-                objects: NodeObjects { communication: Communication { sync, emcy, .. }, .. },
-                ..
-            } = &mut self.dictionary;
-            self.sync_id = Sealed::of(sync.id());
-            let emcy = emcy.config();
-            self.dictionary.emcy.change(&mut self.wakes).configure(emcy);
+            self.sync_id = Sealed::of(self.written_sync_id());
+            self.dictionary.configure_emcy();
             self.take_second_sdo();
-            self.dictionary.set_pdos(now, &mut self.wakes);
+            self.dictionary.set_pdos(now);
             self.report_flipped();
         }
         is_wrong
@@ -188,44 +142,44 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     #[inline(never)] // once for all callers
     fn copies(&mut self, number: usize) -> Option<Copies<'_>> {
         let Self { dictionary, guarded, sync_id, second_sdo, .. } = self;
-        let Dictionary { objects: NodeObjects { communication, pdos, sdo, .. }, emcy, rpdos, tpdos, .. } =
-            dictionary;
-        let flags = u32::MAX;
         match number {
             SYNC => {
-                let (object, second) = (&mut communication.sync.cob_id, &mut guarded.sync);
-                Some(Copies { object, second, in_use: *sync_id, flags: SYNC_IS_USED })
+                let object = &mut dictionary.objects_mut().communication.sync.cob_id;
+                Some(Copies::new(object, &mut guarded.sync, *sync_id).of_bits(SYNC_IS_USED))
             }
             EMCY => {
-                let (object, second) = (&mut communication.emcy.cob_id, &mut guarded.emcy);
-                Some(Copies { object, second, in_use: emcy.id(), flags })
+                let in_use = dictionary.emcy().id();
+                let object = &mut dictionary.objects_mut().communication.emcy.cob_id;
+                Some(Copies::new(object, &mut guarded.emcy, in_use))
             }
             _ => {
                 if D::Sdo::SECOND_SERVER.is_some()
                     && let Some(nth) = number.checked_sub(Guarded::<D::Pdos>::BEHIND)
                 {
-                    let ids = sdo.cob_ids_mut()?;
+                    let ids = dictionary.objects_mut().sdo.cob_ids_mut()?;
                     return second_sdo.as_mut().first_mut()?.copies(nth, ids);
                 }
                 let nth = number.checked_sub(FIRST_RPDO)?;
                 let (direction, nth, second, in_use) = match nth.checked_sub(D::Pdos::RECEIVE) {
                     None => {
-                        (Direction::Receive, nth, guarded.rpdos.as_mut().get_mut(nth)?, rpdos.sealed(nth))
+                        let second = guarded.rpdos.as_mut().get_mut(nth)?;
+                        (Direction::Receive, nth, second, dictionary.rpdos().sealed(nth))
                     }
                     Some(nth) => {
-                        (Direction::Transmit, nth, guarded.tpdos.as_mut().get_mut(nth)?, tpdos.sealed(nth))
+                        let second = guarded.tpdos.as_mut().get_mut(nth)?;
+                        (Direction::Transmit, nth, second, dictionary.tpdos().sealed(nth))
                     }
                 };
-                let (pdo, _) = pdos.pdo_mut(direction, nth)?;
-                Some(Copies { object: &mut pdo.cob_id, second, in_use, flags })
+                let (pdo, _) = dictionary.objects_mut().pdos.pdo_mut(direction, nth)?;
+                Some(Copies::new(&mut pdo.cob_id, second, in_use))
             }
         }
     }
 
-    /// A flipped bit was mended.
+    /// Reports that a flipped bit was corrected.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`
     fn report_flipped(&mut self) {
-        let [low, high] = self.dictionary.objects.extension.count_mended().to_le_bytes();
+        let [low, high] = self.objects_mut().extension.count_mended().to_le_bytes();
         self.report_past(ErrorCode::HARDWARE, [FLIPPED, low, high, 0, 0]);
     }
 }

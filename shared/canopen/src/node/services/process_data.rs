@@ -1,25 +1,25 @@
 //! Process data of a node: received frames, SYNC, events and timers, and values that are sampled for
 //! transmission.
 
-use super::{Dictionary, Services};
+use super::Services;
 use crate::link::Stamp;
 use crate::node::Device;
 use crate::node::events::NodeEvent;
 use crate::node::services::extension::Extension;
 use crate::node::turn::Turn;
 use crate::pdo::{ReceivedPdo, SetRpdo, Taken};
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState};
+use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NmtState};
 
 impl<D: Device, E: Extension<D>> Services<D, E> {
     /// Follows the mappings of the PDOs, and how long those of a SYNC live. Call after each change of a PDO or of 1006h.
     pub(super) fn note_mappings(&mut self) {
         E::note_mappings(self);
-        self.synchronous_lifetime = E::synchronous_lifetime(self, self.sync_lifetime());
+        self.lifetimes.synchronous_pdo = E::synchronous_lifetime(self, self.sync_lifetime());
     }
 
     /// Returns the lifetime of a SYNC, at most the communication cycle period (1006h).
     pub fn sync_lifetime(&self) -> Duration {
-        let period = Duration::from_micros(self.dictionary.objects.communication.sync.cycle_period.into());
+        let period = Duration::from_micros(self.objects().communication.sync.cycle_period.into());
         let most = self.lifetimes.synchronous;
         if period > Duration::ZERO { most.min(period) } else { most }
     }
@@ -40,8 +40,8 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         turn: &mut Turn<V>,
     ) {
         // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
-        let expires = (turn.now + self.synchronous_lifetime).min(self.window_end());
-        self.sample(counter, &mut |frame, may_wait| {
+        let expires = (turn.now + self.lifetimes.synchronous_pdo).min(self.sync.window_end());
+        self.dictionary.sample(counter, &mut |frame, may_wait| {
             if may_wait {
                 return turn.out.offer(bus, frame, expires);
             }
@@ -50,7 +50,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
             }
             true
         });
-        if self.is_rpdo_waiting() {
+        if self.dictionary.rpdos().is_waiting() {
             self.end_sync(bus, turn);
         }
     }
@@ -58,16 +58,11 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     /// Receive PDOs that waited for the SYNC.
     #[inline(never)] // few SYNCs find any
     fn end_sync<V: NodeEvent<Extension = E::Event>>(&mut self, bus: Bus, turn: &mut Turn<V>) {
-        let Self { dictionary, counters, wakes, .. } = self;
-        let ended = &mut |number, all: bool| {
+        let Self { dictionary, buses, .. } = self;
+        dictionary.apply_waiting(&mut |number, all| {
             let pdo = SetRpdo::new(const { &D::PDOS }, number as u16);
-            if all { turn.out.event(V::synchronised(pdo)) } else { counters.malformed(bus) }
-        };
-        let Dictionary { objects, rpdos, .. } = dictionary;
-        rpdos.no_sooner().on_sync(objects, ended);
-        if rpdos.has_events() {
-            dictionary.report_rpdos(wakes);
-        }
+            if all { turn.out.event(V::synchronised(pdo)) } else { buses.no_sooner().count_malformed(bus) }
+        });
     }
 
     /// Handles a frame on the active bus in Operational. Returns whether its COB-ID is that of an RPDO.
@@ -79,14 +74,14 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         stamp: &Stamp,
         turn: &mut Turn<V>,
     ) -> bool {
-        let Some(mut number) = self.dictionary.rpdos.first(frame.id()) else { return false };
+        let Some(mut number) = self.dictionary.rpdos().first(frame.id()) else { return false };
         loop {
-            if self.on_plain_rpdo(number, frame) && !E::is_special_rpdo(&self.state, number) {
+            if self.dictionary.on_plain_rpdo(number, frame) && !E::is_special_rpdo(&self.state, number) {
                 turn.out.event(V::pdo(received::<D>(number, bus, frame, stamp)));
             } else {
                 self.on_special_pdo(number, bus, frame, stamp, turn);
             }
-            match self.dictionary.rpdos.next(frame.id(), number) {
+            match self.dictionary.rpdos().next(frame.id(), number) {
                 Some(next) => number = next,
                 None => return true,
             }
@@ -103,15 +98,30 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         stamp: &Stamp,
         turn: &mut Turn<V>,
     ) {
-        match self.on_rpdo(number, frame, stamp.at) {
+        match self.dictionary.on_rpdo(number, frame, stamp.at, self.sync.window_end()) {
             Taken::Applied if E::is_special_rpdo(&self.state, number) => {
                 E::on_rpdo(self, number, bus, stamp, turn);
             }
             Taken::Applied => turn.out.event(V::pdo(received::<D>(number, bus, frame, stamp))),
             Taken::Held => {}
-            Taken::OutsideWindow => self.counters.ignored(bus),
-            Taken::Rejected | Taken::Refused => self.counters.malformed(bus),
+            Taken::OutsideWindow => self.buses_mut().count_ignored(bus),
+            Taken::Rejected | Taken::Refused => self.buses_mut().count_malformed(bus),
         }
+    }
+
+    /// Sends all states of the application from `at` on.
+    pub(crate) fn send_states(&mut self, at: Instant) {
+        self.dictionary.send_states(at);
+    }
+
+    /// Triggers a transmit PDO (0 is the first): it goes out by its transmission type.
+    pub fn trigger(&mut self, number: usize, now: Instant) {
+        self.dictionary.tpdos_mut().trigger(number, now);
+    }
+
+    /// Notes that an object changed: an event for all TPDOs that carry it.
+    pub fn on_changed(&mut self, at: Address, now: Instant) {
+        self.dictionary.on_changed(at, now);
     }
 
     /// Sends what is due, except SDO responses. Each frame has the end of its lifetime and a flag: it is
@@ -126,9 +136,9 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     ) {
         E::sample_events(self, until);
         let expires = now + self.lifetimes.event;
-        self.dictionary.poll(until, &mut self.wakes, state, &mut |frame| send(frame, expires, false));
+        self.dictionary.poll(until, state, &mut |frame| send(frame, expires, false));
         let Self { dictionary, state, .. } = self;
-        dictionary.tpdos.no_sooner().poll(until, &dictionary.objects, &mut |number, frame| {
+        dictionary.poll_tpdos(until, &mut |number, frame| {
             let is_short_lived = E::is_short_lived(state, number);
             let expires = if is_short_lived { expires.min(now + E::SHORT_LIFETIME) } else { expires };
             send(frame, expires, is_short_lived)

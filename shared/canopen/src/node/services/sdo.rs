@@ -4,8 +4,8 @@ use super::Services;
 use super::second_sdo::{DEFAULT, select};
 use crate::node::Device;
 use crate::node::services::extension::Extension;
-use crate::node::storage::{SaveEnd, Storage};
 use crate::sdo::abort;
+use crate::store::storage::{SaveEnd, Storage};
 use crate::types::{Address, CobId, Frame, Instant, earliest};
 
 /// First byte of a request that aborts a transfer.
@@ -71,15 +71,15 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     fn serve_one(&mut self, nth: usize, step: &SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
         let Some(response) = self.answer_id(nth) else { return false };
         let has_saved = self.saving_server() == nth;
-        let Self { dictionary, server, second_sdo, wakes, .. } = self;
+        let Self { dictionary, server, second_sdo, .. } = self;
         let server = select(server, second_sdo.as_mut(), nth);
-        dictionary.now = now;
+        dictionary.set_now(now);
         let mut send = move |payload| send(Frame::of(response, payload));
         let is_used = match *step {
             SdoStep::Request(frame) => {
                 let Some(payload) = frame.full() else { return false };
                 if payload[0] == ABORT && has_saved {
-                    dictionary.stored.drop_answer();
+                    dictionary.storage_mut().drop_answer();
                 }
                 server.no_sooner().on_request(payload, now, dictionary, &mut send)
             }
@@ -92,13 +92,13 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
                 true
             }
         };
-        server.settle(wakes);
+        server.settle(dictionary.wakes_mut());
         is_used
     }
 
     /// Returns the earlier one of `deadline` and the next slice of a running save, which a received frame does not run.
     pub fn with_save(&self, deadline: Option<Instant>) -> Option<Instant> {
-        match self.dictionary.stored.deadline() {
+        match self.dictionary.storage().deadline() {
             // Nearly always.
             None => deadline,
             slice => earliest(&[slice, deadline]),
@@ -108,7 +108,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     /// Continues a running save if that is due. At its end, returns the frame for the client that waits for it, and
     /// the object that was written if the save succeeded.
     pub fn advance_save(&mut self, now: Instant) -> Option<(Option<Frame>, Option<Address>)> {
-        let SaveEnd { at, result, answer } = self.dictionary.advance_save(now, &mut self.wakes)?;
+        let SaveEnd { at, result, answer } = self.dictionary.advance_save(now)?;
         let answer = answer.map(|answer| result.map_or_else(|code| abort(at, code), |()| answer));
         let id = self.answer_id(self.saving_server());
         let frame = id.zip(answer).map(|(id, answer)| Frame::of(id, answer));
@@ -122,7 +122,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
 
     /// Notes that a response of the default server was sent, or failed.
     pub fn on_sdo_sent(&mut self) {
-        self.server.change(&mut self.wakes).on_sent();
+        self.server.change(self.dictionary.wakes_mut()).on_sent();
     }
 
     /// Notes that frames were dropped: each may have been a response of either server.
@@ -133,10 +133,10 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         }
     }
 
-    /// Ends the transfers of the SDO servers without an abort.
-    pub(super) fn reset_servers(&mut self) {
-        let Self { dictionary, server, .. } = self;
-        server.no_sooner().reset(dictionary);
+    /// Ends a running save, and the transfers of the SDO servers without an abort.
+    pub(super) fn end_transfers(&mut self) {
+        self.storage_mut().give_up();
+        self.server.no_sooner().reset(&mut self.dictionary);
         self.reset_second_sdo();
     }
 }

@@ -5,13 +5,12 @@
 mod tests;
 
 use super::Services;
-use super::guarded::{Copied, Copies};
-use super::sharing::{Begun, Shared};
 use crate::node::Device;
 use crate::node::services::extension::Extension;
-use crate::node::storage::Storage;
 use crate::node::turn::Timed;
 use crate::od::CobIdEntry;
+use crate::od::copies::{Copied, Copies};
+use crate::sdo::sharing::{Begun, Shared};
 use crate::sdo::{SdoServers, Server};
 use crate::types::{Address, CobId, Duration, Instant, Sealed};
 
@@ -79,7 +78,7 @@ impl SecondServer {
     pub fn copies<'a>(&'a mut self, nth: usize, objects: [&'a mut u32; 2]) -> Option<Copies<'a>> {
         let object = objects.into_iter().nth(nth)?;
         let (second, in_use) = (self.copies.get_mut(nth)?, *self.ids.get(nth)?);
-        Some(Copies { object, second, in_use, flags: u32::MAX })
+        Some(Copies::new(object, second, in_use))
     }
 }
 
@@ -119,7 +118,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     /// Returns the COB-ID of the requests of the second server as it was just written, if its channel is valid.
     pub(crate) fn second_sdo_id(&self) -> Option<CobId> {
         let [request, answer] =
-            self.dictionary.objects.sdo.cob_ids()?.map(|entry| CobIdEntry::from_raw(entry).cob_id());
+            self.objects().sdo.cob_ids()?.map(|entry| CobIdEntry::from_raw(entry).cob_id());
         answer.and(request)
     }
 
@@ -131,9 +130,9 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
 
     /// Notes that an answer of the second server was sent, or failed.
     pub(crate) fn on_second_sdo_sent(&mut self) {
-        let Self { second_sdo, wakes, .. } = self;
+        let Self { second_sdo, dictionary, .. } = self;
         if let Some(second) = second_sdo.as_mut().first_mut() {
-            second.server.change(wakes).on_sent();
+            second.server.change(dictionary.wakes_mut()).on_sent();
         }
     }
 
@@ -154,31 +153,27 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     #[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
     pub(super) fn share(&mut self, nth: usize) -> bool {
         let Self { dictionary, server, second_sdo, .. } = self;
-        let (Some(second), Some(shared)) =
-            (second_sdo.as_ref().first(), dictionary.shared.as_mut().first_mut())
-        else {
+        let (Some(second), Some(shared)) = (second_sdo.as_ref().first(), dictionary.shared_mut()) else {
             return false;
         };
         let [default, own] = second.begun;
         let (other, begun) = if nth == SECOND { (&*server, default) } else { (&second.server, own) };
-        *shared = Shared { other: begun.filter(|_| other.is_busy()), begun: None };
-        dictionary.stored.deadline().is_some()
+        *shared = Shared::of(begun.filter(|_| other.is_busy()));
+        dictionary.is_saving()
     }
 
     /// Notes what the server with this number began in its call. `was_saving`: a save was running before.
     #[inline] // rows `instructions.sdo_upload`, `instructions.sdo_download`
     pub(super) fn note_begun(&mut self, nth: usize, was_saving: bool) {
         let Self { dictionary, second_sdo, .. } = self;
-        let (Some(second), Some(shared)) =
-            (second_sdo.as_mut().first_mut(), dictionary.shared.as_mut().first_mut())
-        else {
+        let (Some(second), Some(shared)) = (second_sdo.as_mut().first_mut(), dictionary.shared_mut()) else {
             return;
         };
-        let Shared { begun, .. } = core::mem::take(shared);
+        let begun = core::mem::take(shared).begun();
         if let (Some(last), Some(begun)) = (second.begun.get_mut(nth), begun) {
             *last = Some(begun);
         }
-        if !was_saving && dictionary.stored.deadline().is_some() {
+        if !was_saving && dictionary.is_saving() {
             second.is_saving = nth == SECOND;
         }
     }
@@ -199,7 +194,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
 
     /// Takes the COB-IDs of the second server from its object. Returns whether one has changed.
     pub(super) fn take_second_sdo(&mut self) -> bool {
-        let Some(entries) = self.dictionary.objects.sdo.cob_ids() else { return false };
+        let Some(entries) = self.objects().sdo.cob_ids() else { return false };
         let ids = entries.map(|entry| Sealed::maybe(CobIdEntry::from_raw(entry).cob_id()));
         self.second_mut().is_some_and(|second| core::mem::replace(&mut second.ids, ids) != ids)
     }

@@ -1,15 +1,21 @@
-//! Dictionary of a slave at run time: SDO, SYNC and PDOs.
+//! Services of a slave at run time: SDO, SYNC and PDOs, and events of its controllers other than received frames.
 
 use super::{FILTERS_OF_PEERS, SYNC_FILTER, SlaveCore};
+use crate::emcy::ErrorCode;
 use crate::link::Stamp;
-use crate::node::Device;
+use crate::link::port::Health;
+use crate::node::buses::BusNews;
 use crate::node::events::SlaveEvents;
 use crate::node::index::{CONSUMER_HEARTBEAT, LAST_RPDO_MAPPING, PRODUCER_HEARTBEAT, RPDO, SYNC_COB_ID};
 use crate::node::services::Extension;
 use crate::node::services::SdoStep;
 use crate::node::turn::Turn;
+use crate::node::{Device, FailCause, LinkEvent};
 use crate::sdo::SdoServers;
-use crate::types::{Address, Bus, Frame};
+use crate::types::{Address, Bus, CobId, Duration, Frame, Instant};
+
+/// From an overrun to the next frames of all states. A receiver that is too slow has many overruns: they are sent once for all.
+const AFTER_OVERRUN: Duration = Duration::from_millis(1_000);
 
 impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     /// Handles an SDO request. Returns the object that it wrote.
@@ -22,7 +28,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     ) -> Option<Address> {
         E::sample_for(&mut self.services, frame, turn.now);
         if !self.serve(SdoStep::Request(frame), bus, turn) {
-            self.services.counters.malformed(bus);
+            self.services.buses_mut().count_malformed(bus);
         }
         self.services.take_written()
     }
@@ -31,7 +37,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     #[inline(never)] // of three callers
     pub fn serve(&mut self, step: SdoStep, bus: Bus, turn: &mut Turn<'_, E::SlaveEvent>) -> bool {
         let (now, out) = (turn.now, &mut *turn.out);
-        let expires = now + self.services.lifetimes.sdo;
+        let expires = now + self.services.sdo_lifetime();
         self.services.serve(step, now, &mut move |frame| out.send_until(bus, frame, expires))
     }
 
@@ -39,12 +45,12 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     #[inline] // row `instructions.sync_tpdo_static`
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn<'_, E::SlaveEvent>) {
         if let Ok(counter) = self.services.on_sync(bus, frame, stamp) {
-            if self.control.state().allows_pdo() {
+            if self.state().allows_pdo() {
                 self.services.exchange(bus, counter, None, turn);
             }
             turn.out.event(E::SlaveEvent::sync(bus, *stamp));
         } else {
-            self.services.counters.malformed(bus);
+            self.services.buses_mut().count_malformed(bus);
         }
     }
 
@@ -77,5 +83,77 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         if self.services.is_sdo_busy() {
             self.serve(SdoStep::Poll(turn.until), bus, turn);
         }
+    }
+
+    /// Counts the event, follows the error state, and passes the ends of transmissions to the SDO servers.
+    /// `is_active`: the node uses this bus.
+    pub fn on_bus_event(
+        &mut self,
+        bus: Bus,
+        is_active: bool,
+        event: &LinkEvent,
+        turn: &mut Turn<'_, E::SlaveEvent>,
+    ) {
+        match self.services.on_link(bus, event, turn.now) {
+            Some(BusNews::Health(health)) => self.on_health(bus, health, turn),
+            Some(BusNews::Failed(health)) => {
+                self.on_health(bus, health, turn);
+                turn.out.event(E::SlaveEvent::bus_failed(bus));
+            }
+            Some(BusNews::Stalled) => turn.out.event(E::SlaveEvent::bus_stalled(bus)),
+            None => {}
+        }
+        if let LinkEvent::Transmitted { frame, .. } = event
+            && self.control.no_sooner().on_sent(frame)
+        {
+            self.services.emcy_mut();
+        }
+        match event {
+            LinkEvent::Transmitted { frame, .. } => {
+                self.on_sent(frame, turn.now);
+                if is_active {
+                    self.services.on_frame_end(frame, true, turn.now);
+                }
+            }
+            LinkEvent::Failed { frame, cause } => {
+                self.on_sent(frame, turn.now);
+                // What is over the budget is reported as such.
+                if *cause != FailCause::OverBudget && self.services.tpdos().is_event(frame.id()) {
+                    turn.out.event(E::SlaveEvent::not_sent(bus, frame.id(), frame.padded()));
+                } else if is_active {
+                    self.services.on_frame_end(frame, false, turn.now);
+                }
+            }
+            LinkEvent::Overrun { .. } => {
+                if is_active {
+                    // It may have been the boot-up message of the master.
+                    self.services.send_states(turn.now + AFTER_OVERRUN);
+                }
+                self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
+            }
+            LinkEvent::Unsent { frames } => {
+                // Some may have been segments that an SDO server waits for.
+                self.services.on_sdo_unsent(*frames);
+                self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
+            }
+            LinkEvent::Counters(_) => self.services.refresh_health(),
+            _ => {}
+        }
+    }
+
+    fn on_sent(&mut self, frame: &Frame, now: Instant) {
+        if frame.id() == CobId::sdo_response(self.control.id()) {
+            self.services.on_sdo_sent();
+        } else if self.services.is_second_sdo_answer(frame.id()) {
+            self.services.on_second_sdo_sent();
+        } else if E::IS_GUARDED && frame.id() == CobId::heartbeat(self.control.id()) {
+            self.check_cob_ids(now);
+        }
+    }
+
+    fn on_health(&mut self, bus: Bus, health: Health, turn: &mut Turn<'_, E::SlaveEvent>) {
+        self.services.on_health(bus, &health);
+        self.services.refresh_health();
+        turn.out.event(E::SlaveEvent::health(bus, health));
     }
 }

@@ -32,6 +32,15 @@ impl Default for ChangedFilters {
     }
 }
 
+impl ChangedFilters {
+    /// Takes the number of the last one.
+    fn take_last(&mut self) -> Option<u32> {
+        let number = self.numbers.checked_ilog2()?;
+        self.numbers &= !(1 << number);
+        Some(number)
+    }
+}
+
 impl Part for ChangedFilters {
     fn earliest(&self) -> Option<Instant> {
         (self.numbers != 0).then_some(self.not_before)
@@ -101,16 +110,16 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     #[inline(never)] // many callers
     pub(crate) fn note_filter(&mut self, number: usize) {
         if number < MAX_FILTERS {
-            let changed = self.changed_filters.change(&mut self.services.wakes);
+            let changed = self.changed_filters.change(self.services.wakes_mut());
             (changed.numbers, changed.not_before) = (changed.numbers | 1 << number, Instant::ZERO);
         }
     }
 
     /// Sends changed filters to `buses` while there is room beside the frames. Filters of RPDOs go first.
     pub fn set_filters(&mut self, buses: &[Bus], turn: &mut Turn<'_, E::SlaveEvent>) {
-        while self.changed_filters.numbers != 0 && turn.out.has_room() {
-            let number = self.changed_filters.numbers.ilog2();
-            self.changed_filters.no_sooner().numbers &= !(1 << number);
+        while turn.out.has_room()
+            && let Some(number) = self.changed_filters.no_sooner().take_last()
+        {
             let command = BusCommand::Filter { number: number as u8, filter: self.filter(number as usize) };
             buses.iter().for_each(|bus| turn.out.command(*bus, command));
         }

@@ -4,20 +4,19 @@
 
 mod cob_id_set;
 mod device;
-mod events;
 mod filters;
 
+use super::buses::Buses;
 use super::events::SlaveEvents;
 use super::services::Services;
 use super::turn::{Timed, Turn, Wakes};
 use super::{Device, Settings};
-use crate::emcy::ErrorCode;
 use crate::heartbeat::{self, HeartbeatTimes, NodeControl};
 use crate::link::Stamp;
 use crate::nmt::{NmtStartup, Reaction};
 use crate::node::services::{Extension, NodeObjects};
 use crate::od::INVALID;
-use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId};
+use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 use cob_id_set::CobIdSet;
 use filters::ChangedFilters;
 pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
@@ -26,9 +25,8 @@ pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
 #[derive(Debug)]
 pub struct SlaveCore<D: Device, E: Extension<D>> {
     /// NMT state and heartbeat of the node.
-    pub control: Timed<NodeControl>,
-    /// Dictionary and services.
-    pub services: Services<D, E>,
+    control: Timed<NodeControl>,
+    services: Services<D, E>,
     startup: NmtStartup,
     /// It receives SDO requests alone, and sends their answers alone.
     is_maintained: bool,
@@ -62,11 +60,66 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         }
     }
 
+    /// Returns dictionary and services.
+    pub const fn services(&self) -> &Services<D, E> {
+        &self.services
+    }
+
+    /// Lends dictionary and services.
+    pub const fn services_mut(&mut self) -> &mut Services<D, E> {
+        &mut self.services
+    }
+
+    /// Lends the instant before which nothing is due in the node, for a change of another part of it.
+    pub fn wakes_mut(&mut self) -> &mut Wakes {
+        self.services.wakes_mut()
+    }
+
+    /// Returns the dictionary alone.
+    pub fn into_objects(self) -> NodeObjects<D, E> {
+        self.services.into_objects()
+    }
+
+    /// Lends the buses for a change that makes nothing due earlier.
+    pub fn buses_mut(&mut self) -> &mut Buses {
+        self.services.buses_mut()
+    }
+
+    /// Returns NMT state and heartbeat of the node.
+    pub fn control(&self) -> &NodeControl {
+        &self.control
+    }
+
+    /// Lends NMT state and heartbeat for a change. The node runs at the end of its step.
+    pub fn control_mut(&mut self) -> &mut NodeControl {
+        self.control.change(self.services.wakes_mut())
+    }
+
+    /// Returns the Node-ID of the node.
+    pub fn id(&self) -> NodeId {
+        self.control.id()
+    }
+
+    /// Returns the NMT state of the node.
+    pub fn state(&self) -> NmtState {
+        self.control.state()
+    }
+
+    /// Returns whether a frame is a SYNC that the node takes in its NMT state.
+    pub fn takes_sync(&self, id: CobId) -> bool {
+        self.services.is_sync(id) && self.state().allows_sync()
+    }
+
+    /// Returns whether a frame is an SDO request that the node answers in its NMT state.
+    pub fn takes_sdo(&self, id: CobId) -> bool {
+        self.services.is_sdo(id) && self.control.reporting_state().allows_sdo()
+    }
+
     /// Enters maintenance mode: SDO on one bus. Call it before power-on.
     pub fn maintain(&mut self) {
         self.is_maintained = true;
         self.startup = NmtStartup::of_slave(false);
-        self.services.buses.no_sooner().keep_to_one();
+        self.services.buses_mut().keep_to_one();
     }
 
     fn is_maintained(&self) -> bool {
@@ -76,17 +129,26 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     /// Sends the boot-up message on `bus`, and enters Pre-operational. The caller restores the
     /// communication profile of power-on before.
     pub fn boot(&mut self, bus: Bus, turn: &mut Turn<'_, E::SlaveEvent>) {
-        let boot_up = self.control.change(&mut self.services.wakes).boot(turn.now);
+        let boot_up = self.control_mut().boot(turn.now);
         // A master that hears of a node starts it, and misses it later.
         if !self.is_maintained() {
-            turn.out.send_for(bus, boot_up, turn.now, self.services.lifetimes.heartbeat);
+            turn.out.send_for(bus, boot_up, turn.now, self.services.heartbeat_lifetime());
         }
         self.entered(self.control.state(), turn);
         self.update_taken();
     }
 
-    /// Follows a change of the NMT state. Returns whether the caller has to boot the node up again.
-    pub fn follow(&mut self, reaction: Reaction, turn: &mut Turn<'_, E::SlaveEvent>) -> bool {
+    /// Changes the NMT state. Returns whether the caller has to boot the node up again.
+    pub fn change_state(
+        &mut self,
+        turn: &mut Turn<'_, E::SlaveEvent>,
+        change: impl FnOnce(&mut NodeControl) -> Reaction,
+    ) -> bool {
+        let reaction = change(self.control_mut());
+        self.follow(reaction, turn)
+    }
+
+    fn follow(&mut self, reaction: Reaction, turn: &mut Turn<'_, E::SlaveEvent>) -> bool {
         match reaction {
             Reaction::Unchanged => {}
             Reaction::Entered(state) => self.entered(state, turn),
@@ -118,27 +180,21 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         turn: &mut Turn<'_, E::SlaveEvent>,
     ) {
         let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
-            return self.services.counters.malformed(bus);
+            return self.services.buses_mut().count_malformed(bus);
         };
-        let Services { monitor, wakes, .. } = &mut self.services;
-        let heard = monitor.step(wakes, |monitor| monitor.on_heartbeat(node, state, stamp.at));
-        let Some(heard) = heard else {
-            return self.services.counters.ignored(bus);
+        let Some(heard) = self.services.on_peer_heartbeat(node, state, stamp.at) else {
+            return self.services.buses_mut().count_ignored(bus);
         };
-        self.services.counters.taken(bus, frame);
-        if heard.resolved {
-            self.services.clear(ErrorCode::HEARTBEAT, node.get());
-        }
+        self.services.buses_mut().count_heartbeat(bus, frame);
         if heard.before != Some(state) {
             turn.out.event(E::SlaveEvent::peer_state(node, state));
         }
     }
 
     fn on_peer_missed(&mut self, node: NodeId, turn: &mut Turn<'_, E::SlaveEvent>) {
-        self.services.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
         turn.out.event(E::SlaveEvent::peer_missed(node));
-        let behaviour = self.services.dictionary.objects.communication.nmt.error_behaviour();
-        let reaction = self.control.change(&mut self.services.wakes).on_communication_error(behaviour);
+        let behaviour = self.services.objects().communication.nmt.error_behaviour();
+        let reaction = self.control_mut().on_communication_error(behaviour);
         if let Reaction::Entered(state) = reaction {
             self.entered(state, turn);
         }
@@ -146,8 +202,8 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
 
     /// Does what was due at `until`, which may be before `now`. Frames go out on `bus`.
     pub fn poll(&mut self, bus: Bus, turn: &mut Turn<'_, E::SlaveEvent>) {
-        while let Some(missed) = self.services.monitor.no_sooner().poll(turn.until) {
-            self.on_peer_missed(missed.node, turn);
+        while let Some(missed) = self.services.poll_monitor(turn.until) {
+            self.on_peer_missed(missed, turn);
         }
         if E::IS_GUARDED && self.control.deadline().is_some_and(|due| due <= turn.until) {
             self.check_node_id();
@@ -156,10 +212,10 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         let heartbeat =
             if E::HAS_TWO_BUSES { control.poll(turn.until) } else { control.poll_on_time(turn.until) };
         if let Some(frame) = heartbeat {
-            let lifetime = self.services.lifetimes.heartbeat.min(self.control.period());
+            let lifetime = self.services.heartbeat_lifetime().min(self.control.period());
             turn.out.send_for(bus, frame, turn.now, lifetime);
         }
-        while let Some(bus) = self.services.buses.no_sooner().poll(turn) {
+        while let Some(bus) = self.services.buses_mut().poll(turn) {
             turn.out.event(E::SlaveEvent::bus_failed(bus));
         }
         self.run_device(bus, turn);
@@ -187,27 +243,28 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         (0..self.wanted_filters()).for_each(|number| self.note_filter(number));
     }
 
-    /// Returns when to poll next: after a run of the node, which may have moved every deadline.
-    pub fn due(&self) -> Wakes {
-        let mut wakes = Wakes::never();
-        self.control.settle(&mut wakes);
-        self.changed_filters.settle(&mut wakes);
-        self.services.settle(self.control.reporting_state(), &mut wakes);
-        self.services.buses.settle(&mut wakes);
-        wakes
+    /// Notes when to poll next, after a run of the node, which may have moved every deadline.
+    pub fn settle(&mut self) {
+        self.services.settle(self.control.reporting_state());
+        let wakes = self.services.wakes_mut();
+        self.control.settle(wakes);
+        self.changed_filters.settle(wakes);
+    }
+
+    /// Returns whether something is due in the node at `until`.
+    pub fn is_due(&self, until: Instant) -> bool {
+        self.services.wakes().is_due(until)
     }
 
     /// Returns when to poll next. `None`: the node waits for its reset, or nothing will be due.
     pub fn deadline(&self) -> Option<Instant> {
-        let is_silent =
-            self.control.state() == NmtState::Initialising || self.services.wakes.next() == Instant::NEVER;
-        if is_silent { None } else { Some(self.services.wakes.next()) }
+        if self.state() == NmtState::Initialising { None } else { self.services.wakes().deadline() }
     }
 
     /// Restores the communication profile of power-on, with the stored parameters.
     pub fn restore_communication(&mut self, initial: HeartbeatTimes, now: Instant) {
         let is_maintained = self.is_maintained();
-        let objects = &mut self.services.dictionary.objects;
+        let objects = self.services.objects_mut();
         objects.restore_communication(self.control.id(), initial);
         objects.communication.nmt.startup = self.startup.raw();
         if is_maintained {
@@ -215,26 +272,25 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         }
         self.services.load(crate::store::Group::Communication);
         self.services.configure(now);
-        let communication = &self.services.dictionary.objects.communication;
-        self.control.no_sooner().set_autostart(communication.nmt.startup().autostart());
+        let startup = self.services.objects().communication.nmt.startup();
+        self.control.no_sooner().set_autostart(startup.autostart());
         self.follow_heartbeat(now);
         self.note_all_filters();
     }
 
     /// Takes the new period of the heartbeat (1017h).
     pub(crate) fn follow_heartbeat(&mut self, now: Instant) {
-        let time = self.services.dictionary.objects.communication.heartbeat.time;
-        self.control.change(&mut self.services.wakes).set_period(Duration::from_millis(u64::from(time)), now);
+        let period = self.services.objects().communication.heartbeat.period();
+        self.control_mut().set_period(period, now);
     }
 
     /// Sends a transmit PDO (0 is the first) by its transmission type. Refuses it, and counts that on `bus`,
     /// unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, bus: Bus, number: usize, now: Instant) {
-        let tpdos = &mut self.services.dictionary.tpdos;
-        if self.control.state().allows_pdo() && tpdos.is_valid(number) {
-            tpdos.change(&mut self.services.wakes).trigger(number, now);
+        if self.state().allows_pdo() && self.services.tpdos().is_valid(number) {
+            self.services.trigger(number, now);
         } else {
-            self.services.counters.refused(bus);
+            self.services.buses_mut().count_refused(bus);
         }
     }
 }

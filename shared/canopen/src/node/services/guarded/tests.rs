@@ -5,7 +5,7 @@ extern crate std;
 use std::vec;
 use std::vec::Vec;
 
-use super::{Copied, correct};
+use super::correct;
 use crate::emcy::Config;
 use crate::node::extend::NoStore;
 use crate::node::index::{EMCY_COB_ID, RPDO, SYNC_COB_ID, TPDO};
@@ -14,6 +14,7 @@ use crate::node::services::Services;
 use crate::node::services::objects::NodeObjects;
 use crate::node::turn::Turn;
 use crate::node::{Event, Outbox, Settings};
+use crate::od::copies::Copied;
 use crate::od::{INVALID, NO_REMOTE};
 use crate::pdo::{Direction, Layout};
 use crate::types::{Address, CobId, Duration, Instant, NodeId, Sealed};
@@ -41,21 +42,21 @@ fn write(services: &mut Services<Probe, Guard>, at: Address, value: u32) {
 /// All objects, what the services use, and whether the copies are right.
 fn state(services: &Services<Probe, Guard>) -> (Vec<u32>, Vec<Option<CobId>>, bool) {
     let (dictionary, guarded) = (&services.dictionary, &services.guarded);
-    let NodeObjects { communication, pdos, .. } = &dictionary.objects;
+    let NodeObjects { communication, pdos, .. } = dictionary.objects();
     let mut written = vec![communication.sync.cob_id, communication.emcy.cob_id];
     written.extend(pdos.rpdos.iter().map(|pdo| pdo.cob_id));
     written.extend(pdos.tpdos.iter().map(|pdo| pdo.cob_id));
     let copies = [guarded.sync, guarded.emcy].into_iter().chain(guarded.rpdos).chain(guarded.tpdos);
     let are_whole = copies.zip(&written).all(|(copy, written)| copy.whole() == Some(*written));
-    let mut used = vec![services.sync_id.id(), dictionary.emcy.id().id()];
-    used.extend([0, 1].map(|number| dictionary.rpdos.id(number)));
-    used.extend([0, 1].map(|number| dictionary.tpdos.id(number)));
+    let mut used = vec![services.sync_id.id(), dictionary.emcy().id().id()];
+    used.extend([0, 1].map(|number| dictionary.rpdos().id(number)));
+    used.extend([0, 1].map(|number| dictionary.tpdos().id(number)));
     (written, used, are_whole)
 }
 
 /// Heartbeats until each COB-ID was compared, at least one with each: the errors that were mended.
 fn compare(services: &mut Services<Probe, Guard>) -> u16 {
-    let mended = |services: &Services<Probe, Guard>| services.dictionary.objects.extension.mended;
+    let mended = |services: &Services<Probe, Guard>| services.objects().extension.mended;
     let before = mended(services);
     for _ in 0..OBJECTS {
         services.compare_cob_ids(NOW);
@@ -64,7 +65,7 @@ fn compare(services: &mut Services<Probe, Guard>) -> u16 {
 }
 
 fn object(services: &mut Services<Probe, Guard>, number: usize) -> &mut u32 {
-    let objects = &mut services.dictionary.objects;
+    let objects = services.objects_mut();
     match number {
         0 => &mut objects.communication.sync.cob_id,
         1 => &mut objects.communication.emcy.cob_id,
@@ -86,19 +87,19 @@ fn copy(services: &mut Services<Probe, Guard>, number: usize) -> &mut Copied {
 /// Another COB-ID in the service, as after a flip of its bit.
 fn set_used(services: &mut Services<Probe, Guard>, number: usize, id: CobId) {
     let dictionary = &mut services.dictionary;
-    let pdos = dictionary.objects.pdos.clone();
+    let pdos = dictionary.objects().pdos.clone();
     let resolved =
         Some((id, Layout::new::<NodeObjects<Probe, Guard>>(Direction::Receive, &[0x6000_0008]).unwrap()));
     match number {
         0 => services.sync_id = Sealed::of(id),
-        1 => dictionary.emcy.no_sooner().configure(Config { id: Some(id), inhibit: Duration::ZERO }),
-        2 => dictionary.rpdos.no_sooner().configure(0, &pdos.rpdos[0], resolved, false).unwrap(),
-        _ => dictionary.tpdos.no_sooner().configure(0, &pdos.tpdos[0], resolved, NOW).unwrap(),
+        1 => dictionary.emcy_mut().configure(Config { id: Some(id), inhibit: Duration::ZERO }),
+        2 => dictionary.rpdos_mut().configure(0, &pdos.rpdos[0], resolved, false).unwrap(),
+        _ => dictionary.tpdos_mut().configure(0, &pdos.tpdos[0], resolved, NOW).unwrap(),
     }
 }
 
 fn last_error(services: &Services<Probe, Guard>) -> u16 {
-    services.dictionary.objects.communication.emcy.errors.errors[0] as u16
+    services.objects().communication.emcy.errors.errors[0] as u16
 }
 
 /// Verifies: ECSS 6.10d
@@ -136,7 +137,7 @@ fn every_flipped_bit_of_a_copy_changes_no_cob_id() {
         for bit in 0..64 {
             let mut services = services();
             let before = state(&services);
-            copy(&mut services, number).0[bit / 32] ^= 1 << (bit % 32);
+            copy(&mut services, number).flip(bit);
             assert_eq!(compare(&mut services), 1, "object {number}, bit {bit}");
             assert_eq!(
                 (state(&services), last_error(&services)),

@@ -48,7 +48,7 @@ fn ask(services: &mut Services<TwoServers, Guard>, request: [u8; 8]) -> Vec<u16>
 }
 
 fn mended(services: &Services<TwoServers, Guard>) -> u16 {
-    services.dictionary.objects.extension.mended
+    services.objects().extension.mended
 }
 
 /// Given a valid channel and a transfer on it, when a bit of a COB-ID flips where the server has it, then the server takes no request and
@@ -90,7 +90,7 @@ fn a_flipped_bit_of_a_second_copy_is_mended() {
         services.second_sdo[0].copies[nth] = super::Copied::NONE;
         (0..OBJECTS).for_each(|_| _ = services.compare_cob_ids(NOW));
         assert_eq!(mended(&services), 1);
-        let second = services.dictionary.objects.sdo.second;
+        let second = services.objects().sdo.second;
         assert_eq!([second.request, second.response], [REQUEST, ANSWER]);
         assert_eq!(ask(&mut services, [0x40, 0x00, 0x60, 0, 0, 0, 0, 0]), [ANSWER as u16]);
     }

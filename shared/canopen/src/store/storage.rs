@@ -1,7 +1,7 @@
 //! Parameters that outlive a reset, as a node uses them: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 
+use super::{Group, Loaded, Loss, StoreError};
 use crate::od::Objects;
-use crate::store::{Group, Loaded, Loss, StoreError};
 use crate::types::{AbortCode, Address, Instant, NodeId};
 
 /// End of a save or a restore.

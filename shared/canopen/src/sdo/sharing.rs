@@ -26,9 +26,21 @@ pub struct Begun {
 #[derive(Debug, Default)]
 pub struct Shared {
     /// Running transfer of the other server.
-    pub other: Option<Begun>,
+    other: Option<Begun>,
     /// Transfer that begins in this call.
-    pub begun: Option<Begun>,
+    begun: Option<Begun>,
+}
+
+impl Shared {
+    /// Begins a call, with the running transfer of the other server.
+    pub const fn of(other: Option<Begun>) -> Self {
+        Shared { other, begun: None }
+    }
+
+    /// Returns the transfer that began in this call.
+    pub const fn begun(self) -> Option<Begun> {
+        self.begun
+    }
 }
 
 /// Begins a transfer by `transfer`, the way in which the value moves. `shared` is empty without a second server.
