@@ -1,12 +1,8 @@
 //! A deliberate defect as a patch file, with a head that says how it is found.
 //!
 //! A *patch* is a unified diff against the root of the repository. The lines before the diff have one of two forms, each line once, in
-//! any order. A patch that violates a requirement of the standard names it:
-//!
-//! ```text
-//! Verifies: 8.3.3h
-//! Defect: The slave toggles one consumer time early.
-//! ```
+//! any order. A patch that violates a requirement of the standard has `Verifies: 8.3.3h`, its id, and the defect in a sentence:
+//! `Defect: The slave toggles one consumer time early.`
 //!
 //! One of the tests with the tag of that requirement must fail on the patched code. Any other patch names a command:
 //!

@@ -144,7 +144,7 @@ fn by_tests(runs: &[Run<'_>], tree: &Path, target: &Path) -> Outcome {
     for run in runs {
         match run.attempt(tree, target)? {
             Ending::Failed(test) => return Ok(Ok(format!(", {test}"))),
-            Ending::Useless(reason) => return Ok(Err(format!("{reason}: cargo test {run}"))),
+            Ending::Useless(reason) => return Ok(Err(format!("{reason}: {}", run.target()))),
             Ending::Passed => {}
         }
     }

@@ -109,6 +109,11 @@ impl Run<'_> {
         Ok(failed.map_or(Ending::Passed, |(test, _)| Ending::Failed(test)))
     }
 
+    /// Returns package and target, as options of cargo.
+    pub fn target(&self) -> String {
+        format!("-p {} {}", self.target.package, self.target.options.join(" "))
+    }
+
     /// Arguments of `cargo test` that select the target.
     fn selection(&self) -> impl Iterator<Item = &str> {
         let options = self.target.options.iter().map(String::as_str);
