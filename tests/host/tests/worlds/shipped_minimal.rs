@@ -386,6 +386,31 @@ fn telemetry_of_requests_in_a_row_ends_within_the_delay() {
     }
 }
 
+/// Given two equal requests that follow each other on the bus, with data or without, then each brings telemetry, the second within the
+/// stated delay.
+///
+/// Verifies: ECSS 9.4.3b.1, 9.4.4a
+/// Notices: ECSS 9.4.4a: the second of two equal requests within 100 ms brings no telemetry.
+#[test]
+fn equal_requests_in_a_row_bring_telemetry_each() {
+    let cases: [(u16, &[u8], u16); 3] =
+        [(0x505, &[], 0x485), (0x305, &[2, 1], 0x385), (0x405, &[2, 1], 0x385)];
+    for (id, data, reply) in cases {
+        let mut world = alone(1_000);
+        let begin = world.now();
+        world.inject(Bus::Nominal, standard(id, data));
+        world.inject(Bus::Nominal, standard(id, data));
+        world.run_for(ms(5));
+        let ends = |id| -> Vec<Time> {
+            since(&world, Bus::Nominal, id, begin).iter().map(|sent| sent.end).collect()
+        };
+        let (requests, replies) = (ends(id), ends(reply));
+        assert_eq!((requests.len(), replies.len()), (2, 2), "{id:03X}h");
+        let delay = replies[1].since(requests[1]).as_us();
+        assert!(delay <= stated_delay(1_000), "{id:03X}h: {delay} us");
+    }
+}
+
 /// Given the shipped master in profile `librecube`, which sends the spacecraft time every 10 s. Then no node sends the time stamp
 /// object, and one from outside does not change the time that the master sends.
 ///
