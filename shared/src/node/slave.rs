@@ -147,7 +147,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.canopen.on_bus_event(bus, bus == self.redundancy.selected(), event, turn);
         match event {
             LinkEvent::Transmitted { frame, stamp } => {
-                let id = self.canopen.id();
+                let id = self.canopen.control().id();
                 if frame.id() == CobId::heartbeat(id) {
                     let services = self.canopen.services_mut();
                     services.note_heartbeat(stamp);
@@ -263,7 +263,8 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
         let is_measured = if services.is_sync(id) {
             is_sync_length(frame)
         } else {
-            let is_ranged = services.time().is_ranged() && id == CobId::heartbeat(self.canopen.id());
+            let is_ranged =
+                services.time().is_ranged() && id == CobId::heartbeat(self.canopen.control().id());
             is_ranged || self.stamped.contains(&id)
         };
         is_measured && bus == self.redundancy.selected()

@@ -100,11 +100,6 @@ impl Buses {
         count(&mut self.counters[bus].refused);
     }
 
-    /// Counts an event of a bus without following it.
-    pub fn count(&mut self, bus: Bus, event: &LinkEvent) {
-        self.counters[bus].on_link(event);
-    }
-
     /// Keeps the node on one bus from power-on on. It never chooses the other one.
     pub(crate) const fn keep_to_one(&mut self) {
         self.access = BusAccess::Selective;
@@ -157,7 +152,7 @@ impl Buses {
 
     /// Counts an event and follows the state of the controller. Returns a change that the node has to report.
     pub fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant) -> Option<BusNews> {
-        self.count(bus, event);
+        self.counters[bus].on_link(event);
         match event {
             LinkEvent::Counters(health) => self.health[bus] = *health,
             LinkEvent::Stalled => return Some(BusNews::Stalled),

@@ -1,6 +1,6 @@
 //! Dictionary of the master at run time: SDO server, PDOs, effects of written objects, and acceptance filters.
 
-use async_canopen::node::extend::SdoStep;
+use async_canopen::node::extend::{Part, SdoStep};
 
 use super::declared::MasterObjects;
 use super::filters::FUNCTIONS;
@@ -265,7 +265,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Sends both buses the filters that have changed, as a standby, too.
     pub(super) fn run_filters(&mut self, turn: &mut Turn) {
-        if self.filters.is_due() {
+        if self.filters.earliest().is_some() {
             let are_all = self.set_filters(turn);
             self.filters.no_sooner().on_sent(are_all, turn.now);
         }

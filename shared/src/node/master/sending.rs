@@ -164,7 +164,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// A frame waited for the announcement of a bus in vain.
     pub(super) fn fail(&mut self, bus: Bus, frame: Frame, cause: FailCause, turn: &mut Turn) {
-        self.services.buses_mut().count(bus, &LinkEvent::Failed { frame, cause });
+        self.services.on_link(bus, &LinkEvent::Failed { frame, cause }, turn.now);
         self.on_failed(bus, &frame, cause, turn);
     }
 

@@ -89,11 +89,6 @@ impl Transfers {
         &mut self.client
     }
 
-    /// Returns whether there is no transfer.
-    pub fn is_free(&self) -> bool {
-        self.owner == Owner::Nobody
-    }
-
     /// Returns whether the running transfer is one of `owner`.
     pub fn is_of(&self, owner: Owner) -> bool {
         self.owner == owner

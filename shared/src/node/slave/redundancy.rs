@@ -137,7 +137,7 @@ impl<D: SpacecraftDevice> Slave<D> {
 
     /// Writes Bdefault beyond power-off. A node without a parameter store keeps nothing.
     fn note_bdefault(&mut self, bus: Bus, may_write: bool, turn: &mut Turn) {
-        let id = self.canopen.id();
+        let id = self.canopen.control().id();
         let storage = self.canopen.services_mut().storage_mut();
         let is_kept = if may_write {
             storage.note_bdefault(id, bus).map(|outcome| outcome.is_ok())
