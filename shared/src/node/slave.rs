@@ -66,8 +66,8 @@ impl<D: SpacecraftDevice> Slave<D> {
         }
     }
 
-    /// A frame that may be for this node. The frequent ones first; each handler ends with what has become due.
-    #[inline(never)] // what is for others need not pay for it
+    /// Dispatches a frame that may be for this node, the most frequent kinds first. Each handler ends with a run of the node.
+    #[inline(never)] // frames of other nodes skip its prologue
     fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let (id, state) = (frame.id(), self.canopen.state());
         // Only the active bus is obeyed.
@@ -165,7 +165,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.run(turn);
     }
 
-    /// A frame was refused.
+    /// Reports a frame that the budget refused.
     #[inline(never)] // seldom
     fn on_over_budget(&mut self, id: CobId, over: Over, turn: &mut Turn) {
         self.budget.settle(self.canopen.wakes_mut());

@@ -69,8 +69,8 @@ impl<D: Device> CanopenSlave<D> {
         self.canopen.boot(BUS, turn);
     }
 
-    /// A frame that may be for this node.
-    #[inline(never)] // what is for others need not pay for it
+    /// Dispatches a frame that may be for this node.
+    #[inline(never)] // frames of other nodes skip its prologue
     fn on_frame(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let (id, state) = (frame.id(), self.state());
         if self.canopen.takes_sync(id) {

@@ -73,14 +73,14 @@ impl Part for Identification {
 }
 
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
-    /// The transfer that was running fails. The boot-up process waits to hear its slaves on the new bus.
+    /// Aborts the running transfer. The boot-up process waits to hear its slaves on the new bus.
     pub(super) fn on_bus_changed(&mut self, turn: &mut Turn) {
         self.boot_mut().on_bus_changed();
         self.errors_mut().restart();
         self.abort_transfers(turn);
     }
 
-    /// Everything that the boot-up process and the SDO client can do now.
+    /// Runs the boot-up process and the SDO client.
     pub(super) fn run_boot(&mut self, turn: &mut Turn) {
         let due = earliest(&[
             self.boot.earliest(),

@@ -77,7 +77,7 @@ impl Transfers {
         self.is_due || self.deadline().is_some_and(|deadline| deadline <= until)
     }
 
-    /// A frame of the client left, or never will.
+    /// Notes that a frame of the client was sent, or failed.
     fn on_sent(&mut self) {
         self.client.on_sent();
         self.is_due = true;
@@ -173,7 +173,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         step(&mut transfers.client, &mut |payload| out.send_for(bus, Frame::of(id, payload), *now, lifetime))
     }
 
-    /// An SDO response on the active bus.
+    /// Takes an SDO response on the active bus.
     pub(super) fn on_response(&mut self, bus: Bus, node: NodeId, frame: &Frame, turn: &mut Turn) {
         let Ok(payload) = <&sdo::machine::Payload>::try_from(frame.data()) else {
             return self.services.buses_mut().count_malformed(bus);
@@ -192,7 +192,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// A frame left the bus, or failed to: there is room for another one.
+    /// Notes that a frame was sent, or failed: there is room for another one.
     pub(super) fn on_sdo_sent(&mut self, bus: Bus, frame: &Frame) {
         if frame.id() == CobId::sdo_response(NodeId::MASTER) {
             self.services.on_sdo_sent();

@@ -41,7 +41,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.canopen.boot(bus, turn);
     }
 
-    /// A frame that is none of SYNC, SDO and PDOs on the active bus.
+    /// Takes a frame other than SYNC, SDO and PDOs of the active bus.
     #[inline(never)]
     pub(super) fn on_network(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if frame.id() == CobId::NMT {
@@ -68,7 +68,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.run(turn);
     }
 
-    #[inline(never)] // a heartbeat of the master need not pay for it
+    #[inline(never)] // heartbeats of the master skip its prologue
     fn on_rare_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) -> SlaveVerdict {
         self.decide(turn, |redundancy, step| redundancy.on_rare_frame(bus, frame, stamp.at, step))
     }

@@ -225,7 +225,7 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
         self.emcy.no_sooner().confirm();
     }
 
-    /// Register and history of errors in the objects follow.
+    /// Shows register and history of errors in the objects.
     fn show_errors(&mut self) {
         self.emcy.show(&mut self.objects.communication.emcy);
     }
