@@ -6,7 +6,7 @@ use crate::link::bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 use crate::link::depth::Depth;
 use crate::link::port::{ErrorState, Health};
 use crate::node::counters::count;
-use crate::node::{BusCommand, Counters, LinkEvent, Outbox, Turn};
+use crate::node::{BusCommand, Counters, FailCause, LinkEvent, Outbox, Turn};
 use crate::types::{Bus, Frame, Instant, PerBus};
 
 /// Both buses of a node.
@@ -98,6 +98,11 @@ impl Buses {
     /// Counts a frame that this node refuses to send.
     pub fn count_refused(&mut self, bus: Bus) {
         count(&mut self.counters[bus].refused);
+    }
+
+    /// Counts a frame that was not sent.
+    pub fn count_failed(&mut self, bus: Bus, cause: FailCause) {
+        self.counters[bus].on_failed(cause);
     }
 
     /// Keeps the node on one bus from power-on on. It never chooses the other one.

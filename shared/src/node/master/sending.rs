@@ -9,7 +9,7 @@ use crate::link::machine::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::minimal::MinimalPdos;
 use crate::node::services::SpacecraftServices;
-use crate::node::{BusCommand, FailCause, LinkEvent, Refusal, SpacecraftDevice};
+use crate::node::{BusCommand, FailCause, Refusal, SpacecraftDevice};
 use crate::pdo::{Pdo, PdoValues};
 use crate::profile::{MinimalNode, Profile};
 use crate::redundancy::{Babblers, BabblingStep, MasterBoards, Sending};
@@ -164,7 +164,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Reports a frame that was dropped before its bus was announced.
     pub(super) fn fail(&mut self, bus: Bus, frame: Frame, cause: FailCause, turn: &mut Turn) {
-        self.services.on_link(bus, &LinkEvent::Failed { frame, cause }, turn.now);
+        self.services.buses_mut().count_failed(bus, cause);
         self.on_failed(bus, &frame, cause, turn);
     }
 

@@ -3,7 +3,8 @@
 
 use core::task::Waker;
 
-use async_canopen::node::extend::{Part, SdoStep, Storage};
+use async_canopen::node::extend::{Part, SdoStep};
+use async_canopen::store::machine::Storage;
 use embassy_sync::waitqueue::MultiWakerRegistration;
 
 use super::{Master, Turn};
