@@ -59,7 +59,6 @@ mod network_objects;
 mod objects;
 #[cfg(test)]
 pub(crate) mod probe;
-mod save;
 mod services;
 mod settings;
 mod slave;

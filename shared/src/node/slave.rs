@@ -66,8 +66,8 @@ impl<D: SpacecraftDevice> Slave<D> {
         }
     }
 
-    /// A frame that may be for this node. The frequent ones first; each handler ends with what has become due.
-    #[inline(never)] // what is for others need not pay for it
+    /// Dispatches a frame that may be for this node, the most frequent kinds first. Each handler ends with a run of the node.
+    #[inline(never)] // frames of other nodes skip its prologue
     fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let (id, state) = (frame.id(), self.canopen.state());
         // Only the active bus is obeyed.
@@ -147,7 +147,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.canopen.on_bus_event(bus, bus == self.redundancy.selected(), event, turn);
         match event {
             LinkEvent::Transmitted { frame, stamp } => {
-                let id = self.canopen.id();
+                let id = self.canopen.control().id();
                 if frame.id() == CobId::heartbeat(id) {
                     let services = self.canopen.services_mut();
                     services.note_heartbeat(stamp);
@@ -165,7 +165,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.run(turn);
     }
 
-    /// A frame was refused.
+    /// Reports a frame that the budget refused.
     #[inline(never)] // seldom
     fn on_over_budget(&mut self, id: CobId, over: Over, turn: &mut Turn) {
         self.budget.settle(self.canopen.wakes_mut());
@@ -263,7 +263,8 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
         let is_measured = if services.is_sync(id) {
             is_sync_length(frame)
         } else {
-            let is_ranged = services.time().is_ranged() && id == CobId::heartbeat(self.canopen.id());
+            let is_ranged =
+                services.time().is_ranged() && id == CobId::heartbeat(self.canopen.control().id());
             is_ranged || self.stamped.contains(&id)
         };
         is_measured && bus == self.redundancy.selected()

@@ -1,11 +1,11 @@
 //! Parameters that outlive a reset: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 
-use async_canopen::node::extend::{SaveEnd, Storage};
+use async_canopen::store::machine::{SaveEnd, Storage};
 
-use super::save::RunningSave;
 use crate::od::checked::find;
 use crate::od::{Entry, Objects, checked, number};
 use crate::store;
+use crate::store::RunningSave;
 use crate::store::identity::is_slave;
 use crate::store::{Content, Group, Loaded, Loss, ParameterStore, Parameters, Row, SaveLimit, StoreError};
 use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
@@ -112,7 +112,7 @@ impl Stored {
     /// # Errors
     /// [`AbortCode::DeviceState`] outside of maintenance mode, [`AbortCode::CannotTransfer`] for other bytes,
     /// [`AbortCode::ValueRange`] for the master's Node-ID and above 127, or an error of the store.
-    #[inline(never)] // a write to another object need not pay for it
+    #[inline(never)] // writes to other objects skip its prologue
     pub fn store_node_id(&mut self, value: &[u8]) -> Result<u32, AbortCode> {
         let store = self.maintained.as_mut().ok_or(AbortCode::DeviceState)?;
         let id = match *value {

@@ -16,6 +16,7 @@
 pub mod identity;
 mod note;
 mod retained;
+mod running_save;
 
 pub(crate) use async_canopen::store::machine::{Apply, SaveLimit};
 pub use async_canopen::store::{
@@ -24,3 +25,4 @@ pub use async_canopen::store::{
 };
 pub use note::{BdefaultNotes, Save, load, note_bdefault, noted_bdefault};
 pub use retained::RetainedMemory;
+pub(crate) use running_save::RunningSave;

@@ -6,7 +6,7 @@ use crate::link::bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 use crate::link::depth::Depth;
 use crate::link::port::{ErrorState, Health};
 use crate::node::counters::count;
-use crate::node::{BusCommand, Counters, LinkEvent, Outbox, Turn};
+use crate::node::{BusCommand, Counters, FailCause, LinkEvent, Outbox, Turn};
 use crate::types::{Bus, Frame, Instant, PerBus};
 
 /// Both buses of a node.
@@ -100,9 +100,9 @@ impl Buses {
         count(&mut self.counters[bus].refused);
     }
 
-    /// Counts an event of a bus without following it.
-    pub fn count(&mut self, bus: Bus, event: &LinkEvent) {
-        self.counters[bus].on_link(event);
+    /// Counts a frame that was not sent.
+    pub fn count_failed(&mut self, bus: Bus, cause: FailCause) {
+        self.counters[bus].on_failed(cause);
     }
 
     /// Keeps the node on one bus from power-on on. It never chooses the other one.
@@ -157,7 +157,7 @@ impl Buses {
 
     /// Counts an event and follows the state of the controller. Returns a change that the node has to report.
     pub fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant) -> Option<BusNews> {
-        self.count(bus, event);
+        self.counters[bus].on_link(event);
         match event {
             LinkEvent::Counters(health) => self.health[bus] = *health,
             LinkEvent::Stalled => return Some(BusNews::Stalled),

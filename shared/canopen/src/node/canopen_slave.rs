@@ -10,7 +10,7 @@ use crate::heartbeat::{HeartbeatTimes, is_heartbeat};
 use crate::link::Stamp;
 use crate::link::port::Filter;
 use crate::nmt::NmtMessage;
-use crate::node::services::{CanopenOnly, NodeObjects, Services};
+use crate::node::services::{CanopenOnly, NodeObjects};
 use crate::types::{AbortCode, Address, Bus, CobId, Frame, Instant, NmtState, NodeId};
 
 type Turn<'a> = turn::Turn<'a, Event>;
@@ -64,26 +64,22 @@ impl<D: Device> CanopenSlave<D> {
         self.canopen.send_pdo(BUS, number, now);
     }
 
-    fn services_mut(&mut self) -> &mut Services<D, CanopenOnly> {
-        self.canopen.services_mut()
-    }
-
     fn boot(&mut self, turn: &mut Turn) {
         self.canopen.restore_communication(self.initial, turn.now);
         self.canopen.boot(BUS, turn);
     }
 
-    /// A frame that may be for this node.
-    #[inline(never)] // what is for others need not pay for it
+    /// Dispatches a frame that may be for this node.
+    #[inline(never)] // frames of other nodes skip its prologue
     fn on_frame(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let (id, state) = (frame.id(), self.state());
         if self.canopen.takes_sync(id) {
             self.canopen.on_sync(BUS, frame, stamp, turn);
         } else if self.canopen.takes_sdo(id) {
-            if !self.services_mut().on_plain_segment(frame, turn.now) {
+            if !self.canopen.services_mut().on_plain_segment(frame, turn.now) {
                 self.on_request(frame, turn);
             }
-        } else if state.allows_pdo() && self.services_mut().on_pdo(BUS, frame, stamp, turn) {
+        } else if state.allows_pdo() && self.canopen.services_mut().on_pdo(BUS, frame, stamp, turn) {
         } else if id == CobId::NMT {
             self.on_nmt(frame, turn);
         } else if is_heartbeat(id) && state != NmtState::Initialising {
@@ -106,7 +102,7 @@ impl<D: Device> CanopenSlave<D> {
         let Some(message) = NmtMessage::decode(frame) else {
             return self.canopen.buses_mut().count_malformed(BUS);
         };
-        if !message.target.includes(self.canopen.id()) || self.state() == NmtState::Initialising {
+        if !message.target.includes(self.canopen.control().id()) || self.state() == NmtState::Initialising {
             return;
         }
         let now = turn.now;
@@ -117,7 +113,7 @@ impl<D: Device> CanopenSlave<D> {
 
     fn on_written(&mut self, at: Address, turn: &mut Turn) {
         self.canopen.on_own_written(at, turn);
-        self.services_mut().report_written(at, turn);
+        self.canopen.services_mut().report_written(at, turn);
     }
 
     /// Does what is due.
@@ -168,7 +164,7 @@ impl<D: Device> Node for CanopenSlave<D> {
         }
         self.canopen.on_bus_event(BUS, true, event, turn);
         // On one bus an acknowledgement is all that there is to know.
-        self.services_mut().confirm_emergencies();
+        self.canopen.services_mut().confirm_emergencies();
         self.run(turn);
     }
 
@@ -211,11 +207,11 @@ impl<D: Device> DeviceNode for CanopenSlave<D> {
     }
 
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
-        self.services_mut().change(now, |objects| change(&mut objects.application))
+        self.canopen.services_mut().change(now, |objects| change(&mut objects.application))
     }
 
     fn write(&mut self, at: Address, value: &[u8], turn: &mut Turn) -> Result<(), AbortCode> {
-        if let Some(at) = self.services_mut().write(at, value, turn.now)? {
+        if let Some(at) = self.canopen.services_mut().write(at, value, turn.now)? {
             self.on_written(at, turn);
         }
         self.run(turn);
@@ -223,10 +219,10 @@ impl<D: Device> DeviceNode for CanopenSlave<D> {
     }
 
     fn raise(&mut self, error: DeviceError, info: [u8; 4]) {
-        self.services_mut().raise(error.code, error.field(info));
+        self.canopen.services_mut().raise(error.code, error.field(info));
     }
 
     fn clear(&mut self, error: DeviceError) {
-        self.services_mut().clear(error.code, error.source);
+        self.canopen.services_mut().clear(error.code, error.source);
     }
 }

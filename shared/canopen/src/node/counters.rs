@@ -40,17 +40,22 @@ impl Counters {
             .saturating_add(self.aborted)
     }
 
+    /// Counts a frame that was not sent.
+    pub(super) fn on_failed(&mut self, cause: FailCause) {
+        count(match cause {
+            FailCause::BusLeft => &mut self.bus_left,
+            FailCause::Expired => &mut self.expired,
+            FailCause::QueueFull => &mut self.queue_full,
+            FailCause::Aborted => &mut self.aborted,
+            FailCause::OverBudget => &mut self.refused,
+        });
+    }
+
     /// Counts an event of the bus.
     pub(super) fn on_link(&mut self, event: &LinkEvent) {
         match event {
             LinkEvent::Transmitted { .. } => self.sent = self.sent.wrapping_add(1),
-            LinkEvent::Failed { cause, .. } => count(match cause {
-                FailCause::BusLeft => &mut self.bus_left,
-                FailCause::Expired => &mut self.expired,
-                FailCause::QueueFull => &mut self.queue_full,
-                FailCause::Aborted => &mut self.aborted,
-                FailCause::OverBudget => &mut self.refused,
-            }),
+            LinkEvent::Failed { cause, .. } => self.on_failed(*cause),
             LinkEvent::Unsent { frames } => self.queue_full = self.queue_full.saturating_add(*frames),
             LinkEvent::Overrun { lost } => self.lost = self.lost.saturating_add(*lost),
             LinkEvent::Received { .. } => self.received = self.received.wrapping_add(1),

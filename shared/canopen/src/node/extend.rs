@@ -11,7 +11,6 @@ pub use super::outbox::Outbox;
 pub use super::services::{Extension, FIRST_REPORTED, SdoStep, Services, assert_objects};
 pub use super::slave_core::SlaveCore;
 pub use super::turn::{Part, Timed, Turn, Wakes};
-pub use crate::store::storage::{NoStore, SaveEnd, Storage};
 
 /// Indices of the objects that such a node checks and follows.
 pub mod index {

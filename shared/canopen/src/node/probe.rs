@@ -2,10 +2,10 @@
 
 use super::{Device, Event};
 use crate::heartbeat::HeartbeatConsumers;
-use crate::node::extend::NoStore;
 use crate::node::services::Extension;
 use crate::od::{NO_REMOTE, Objects};
 use crate::pdo::{Mapping, PdoObjects, PdoSet};
+use crate::store::machine::NoStore;
 use crate::types::NodeId;
 
 /// A number that PDO 1 of both directions carries.

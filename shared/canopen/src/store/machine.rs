@@ -6,3 +6,4 @@ pub use super::limit::SaveLimit;
 pub use super::notes::{NoNotes, Notes};
 pub use super::save::Save;
 pub use super::set::{Apply, MAX_VALUE, load};
+pub use super::storage::{NoStore, SaveEnd, Storage};

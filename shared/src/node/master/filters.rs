@@ -31,11 +31,6 @@ impl SentFilters {
         (self.is_due, self.not_before) = (true, Instant::ZERO);
     }
 
-    /// Returns whether some may have changed.
-    pub const fn is_due(&self) -> bool {
-        self.is_due
-    }
-
     /// Returns whether the buses have `filter` under this number.
     pub fn has(&self, number: u16, filter: Filter) -> bool {
         self.filters.get(usize::from(number)) == Some(&filter)

@@ -16,7 +16,8 @@ pub use builder::MasterBuilder;
 pub use declared::MasterObjects;
 use declared::MasterServices;
 
-use async_canopen::node::extend::{BusNews, Part, Storage, Timed};
+use async_canopen::node::extend::{BusNews, Part, Timed};
+use async_canopen::store::machine::Storage;
 
 use self::filters::{FUNCTIONS, SentFilters};
 use self::initial::Initial;

@@ -1,6 +1,6 @@
 //! Dictionary of the master at run time: SDO server, PDOs, effects of written objects, and acceptance filters.
 
-use async_canopen::node::extend::SdoStep;
+use async_canopen::node::extend::{Part, SdoStep};
 
 use super::declared::MasterObjects;
 use super::filters::FUNCTIONS;
@@ -104,7 +104,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Before power-on, and when communication is reset: objects 1016h and 1F81h.
+    /// Takes objects 1016h and 1F81h, before power-on and after "reset communication".
     pub(super) fn take_assignments(&mut self) {
         self.follow_consumers();
         (1..=127).filter_map(NodeId::new).for_each(|node| self.take_assignment(node));
@@ -188,7 +188,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         });
     }
 
-    /// The SDO server runs.
+    /// Runs the SDO server.
     #[inline(never)] // three callers
     pub(super) fn serve(&mut self, step: SdoStep, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
         self.services.serve(step, now, &mut |frame| send(frame))
@@ -255,7 +255,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// At power-on: the buses have the filters of the profile.
+    /// Notes at power-on that the buses have the filters of the profile.
     pub(super) fn note_sent_filters(&mut self) {
         for number in 0..FUNCTIONS {
             let filter = self.filter(number);
@@ -265,7 +265,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Sends both buses the filters that have changed, as a standby, too.
     pub(super) fn run_filters(&mut self, turn: &mut Turn) {
-        if self.filters.is_due() {
+        if self.filters.earliest().is_some() {
             let are_all = self.set_filters(turn);
             self.filters.no_sooner().on_sent(are_all, turn.now);
         }

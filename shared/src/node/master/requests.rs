@@ -73,14 +73,14 @@ impl Part for Identification {
 }
 
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
-    /// The transfer that was running fails. The boot-up process waits to hear its slaves on the new bus.
+    /// Aborts the running transfer. The boot-up process waits to hear its slaves on the new bus.
     pub(super) fn on_bus_changed(&mut self, turn: &mut Turn) {
         self.boot_mut().on_bus_changed();
         self.errors_mut().restart();
         self.abort_transfers(turn);
     }
 
-    /// Everything that the boot-up process and the SDO client can do now.
+    /// Runs the boot-up process and the SDO client.
     pub(super) fn run_boot(&mut self, turn: &mut Turn) {
         let due = earliest(&[
             self.boot.earliest(),
@@ -129,7 +129,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Starts the next transfer of the boot-up process, if the client is free. Returns whether it did.
     fn begin_transfer(&mut self) -> bool {
-        if !self.transfers.is_free() || !self.redundancy.is_announced() {
+        if !self.transfers.is_of(Owner::Nobody) || !self.redundancy.is_announced() {
             return false;
         }
         let time = self.services.time_pdo();
@@ -183,7 +183,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Returns when a waiting question can be asked. `None` while the client is not free for it.
     pub(super) fn identification_deadline(&self) -> Option<Instant> {
-        let is_free = self.transfers.is_free() && self.redundancy.is_announced();
+        let is_free = self.transfers.is_of(Owner::Nobody) && self.redundancy.is_announced();
         let is_wanted = self.redundancy.peers().is_any_unasked();
         (is_free && is_wanted && !self.boot.is_busy()).then_some(self.identification.not_before)
     }
@@ -250,7 +250,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns when the errors of a slave can be read. `None` while the client is not free for it.
     pub(super) fn errors_deadline(&self) -> Option<Instant> {
         let due = self.errors.deadline()?;
-        let is_free = self.transfers.is_free() && self.redundancy.is_announced();
+        let is_free = self.transfers.is_of(Owner::Nobody) && self.redundancy.is_announced();
         (is_free && !self.boot.is_busy() && !self.redundancy.peers().is_any_unasked()).then_some(due)
     }
 

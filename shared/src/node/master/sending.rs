@@ -9,7 +9,7 @@ use crate::link::machine::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::minimal::MinimalPdos;
 use crate::node::services::SpacecraftServices;
-use crate::node::{BusCommand, FailCause, LinkEvent, Refusal, SpacecraftDevice};
+use crate::node::{BusCommand, FailCause, Refusal, SpacecraftDevice};
 use crate::pdo::{Pdo, PdoValues};
 use crate::profile::{MinimalNode, Profile};
 use crate::redundancy::{Babblers, BabblingStep, MasterBoards, Sending};
@@ -51,7 +51,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         is_silent || self.slave_state(node) == Some(NmtState::Operational)
     }
 
-    /// A slave of the minimal set.
+    /// Returns the entry of a slave of the minimal set.
     pub(super) fn minimal(&self, node: NodeId) -> Option<&'static MinimalNode> {
         self.minimal.iter().find(|minimal| minimal.node == node)
     }
@@ -162,14 +162,14 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         true
     }
 
-    /// A frame waited for the announcement of a bus in vain.
+    /// Reports a frame that was dropped before its bus was announced.
     pub(super) fn fail(&mut self, bus: Bus, frame: Frame, cause: FailCause, turn: &mut Turn) {
-        self.services.buses_mut().count(bus, &LinkEvent::Failed { frame, cause });
+        self.services.buses_mut().count_failed(bus, cause);
         self.on_failed(bus, &frame, cause, turn);
     }
 
-    /// A frame is to go out. Silence is Pre-operational: no PDO, and no frame of the application. What the network
-    /// lives on has bounds of its own and goes on: slaves that miss their master would search it.
+    /// Takes a frame from the budget of the master. Returns whether it may be sent. Above its budget the master is in
+    /// Pre-operational: it sends no PDO and no frame of the application. Heartbeat, SYNC, NMT and time have separate limits.
     pub(super) fn takes_token(&mut self, id: CobId, turn: &mut Turn) -> bool {
         let Some(over) = self.budgets.no_sooner().own.take(id, turn.now) else { return true };
         self.budgets.settle(self.services.wakes_mut());
@@ -182,8 +182,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         false
     }
 
-    /// A frame of a node. One that does not count as a slave decides nothing. SDO does not count: another client
-    /// may have a transfer with it.
+    /// Takes a frame of a slave from the budget of that slave. SDO is free: another client may have a transfer with it.
     pub(super) fn watch(&mut self, bus: Bus, id: CobId, node: NodeId, at: Instant, turn: &mut Turn) {
         if bus != self.redundancy.active() || is_sdo(id) || !self.redundancy.peers().counts(node) {
             return;
@@ -230,7 +229,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// The application commands slaves, babbling or not.
+    /// Ends the measures against babbling slaves that the application commands.
     pub(super) fn on_application_command(&mut self, target: Target, turn: &mut Turn) {
         while let Some(node) = self.budgets.no_sooner().slaves.on_commanded(target) {
             self.end_babbling(node, turn);

@@ -125,7 +125,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// A command of its application, or of a client in 1F82h.
+    /// Obeys a command of the application, or of a client in 1F82h.
     pub(super) fn on_own_command(&mut self, command: Command, turn: &mut Turn) {
         if command == Command::ResetNode {
             // Until the application resets the chip it goes on as it was.
@@ -221,7 +221,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// A slave is lost.
+    /// Reports that a slave is lost.
     fn lose(&mut self, node: NodeId, turn: &mut Turn) {
         self.show_state(node, MISSING);
         self.boot_mut().on_lost(node);

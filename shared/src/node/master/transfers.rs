@@ -3,7 +3,8 @@
 
 use core::task::Waker;
 
-use async_canopen::node::extend::{Part, SdoStep, Storage};
+use async_canopen::node::extend::{Part, SdoStep};
+use async_canopen::store::machine::Storage;
 use embassy_sync::waitqueue::MultiWakerRegistration;
 
 use super::{Master, Turn};
@@ -77,7 +78,7 @@ impl Transfers {
         self.is_due || self.deadline().is_some_and(|deadline| deadline <= until)
     }
 
-    /// A frame of the client left, or never will.
+    /// Notes that a frame of the client was sent, or failed.
     fn on_sent(&mut self) {
         self.client.on_sent();
         self.is_due = true;
@@ -87,11 +88,6 @@ impl Transfers {
     pub fn take(&mut self, owner: Owner, node: NodeId) -> &mut Client {
         (self.owner, self.node, self.is_due) = (owner, node, true);
         &mut self.client
-    }
-
-    /// Returns whether there is no transfer.
-    pub fn is_free(&self) -> bool {
-        self.owner == Owner::Nobody
     }
 
     /// Returns whether the running transfer is one of `owner`.
@@ -178,7 +174,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         step(&mut transfers.client, &mut |payload| out.send_for(bus, Frame::of(id, payload), *now, lifetime))
     }
 
-    /// An SDO response on the active bus.
+    /// Takes an SDO response on the active bus.
     pub(super) fn on_response(&mut self, bus: Bus, node: NodeId, frame: &Frame, turn: &mut Turn) {
         let Ok(payload) = <&sdo::machine::Payload>::try_from(frame.data()) else {
             return self.services.buses_mut().count_malformed(bus);
@@ -197,7 +193,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// A frame left the bus, or failed to: there is room for another one.
+    /// Notes that a frame was sent, or failed: there is room for another one.
     pub(super) fn on_sdo_sent(&mut self, bus: Bus, frame: &Frame) {
         if frame.id() == CobId::sdo_response(NodeId::MASTER) {
             self.services.on_sdo_sent();

@@ -1,4 +1,4 @@
-//! Time objects of a node: times that PDOs and clients bring, and times that they request (ECSS 7.1, 7.2).
+//! Time objects of a node: times that PDOs and clients write, and times that they read (ECSS 7.1, 7.2).
 
 use async_canopen::node::extend::NodeEvent;
 use easy_ext::ext;
@@ -166,7 +166,7 @@ impl<D: SpacecraftDevice> Services<D> {
         }
     }
 
-    /// Takes the time that a receive PDO brought.
+    /// Takes the time that a receive PDO has written.
     #[inline(never)] // seldom
     pub fn take_time<V: NodeEvent<Extension = SpacecraftEvent>>(
         &mut self,
@@ -221,7 +221,7 @@ impl<D: SpacecraftDevice> Services<D> {
             && self.follow_time(carried, is_synchronous(pdo.transmission), stamp, turn)
     }
 
-    /// The clock follows the time that was brought. Whether it is one.
+    /// Lets the clock follow a received time. Returns whether the value is a time.
     pub fn follow_time<V: NodeEvent<Extension = SpacecraftEvent>>(
         &mut self,
         kind: MappedTime,
@@ -230,7 +230,7 @@ impl<D: SpacecraftDevice> Services<D> {
         turn: &mut Turn<'_, V>,
     ) -> bool {
         self.time_mut().forget_written();
-        let Some((scet, places)) = self.brought_time(kind) else { return false };
+        let Some((scet, places)) = self.received_time(kind) else { return false };
         let (time, correction) = self.time_and_correction();
         let was_set = time.clock().is_synchronised();
         time.on_places(places);
@@ -254,7 +254,7 @@ impl<D: SpacecraftDevice> Services<D> {
         true
     }
 
-    /// Emergencies that last as long as their cause.
+    /// Raises and clears the emergencies of the clock.
     pub fn report_clock(&mut self) {
         let time = self.time();
         let (are_two, is_saturated) = (time.has_two_producers(), time.clock().is_saturated());
@@ -268,15 +268,15 @@ impl<D: SpacecraftDevice> Services<D> {
         self.set_error(ErrorCode::EXTERNAL, SYNC_UNCAPTURED, is_uncaptured)
     }
 
-    /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it, and its places.
-    /// `None`: it is no time.
-    pub fn brought_time(&mut self, kind: MappedTime) -> Option<(FineScet, Places)> {
+    /// Returns the time that a PDO has written into 2010h or 2012h, and its places. The mean of the places that it lacks is
+    /// added. `None`: the value is no time.
+    pub fn received_time(&mut self, kind: MappedTime) -> Option<(FineScet, Places)> {
         let NodeObjects { application, extension: objects, .. } = self.objects_mut();
         if kind == MappedTime::Utc {
             let bits = if D::SUBMILLISECONDS { BITS_OF_MICROS } else { BITS_OF_MS };
             // 7.1.3g: bits that a device lacks do not say how the producer stamps.
             let is_short = D::SUBMILLISECONDS && application.utc()?.utc_set.submilliseconds & LOWEST == 0;
-            return brought_utc(application).map(|scet| (scet, Places { bits, is_short }));
+            return received_utc(application).map(|scet| (scet, Places { bits, is_short }));
         }
         // 7.1.2h: what a device lacks it does not look at.
         let scet = Scet::from(objects.time.scet_set).truncated(D::FINE_BITS);
@@ -315,7 +315,7 @@ impl<D: SpacecraftDevice> Services<D> {
         let scet = if at.index == SCET_SET {
             Some(FineScet::from(Scet::from(objects.time.scet_set).truncated(D::FINE_BITS)))
         } else {
-            brought_utc(application)
+            received_utc(application)
         };
         if let Some(scet) = scet {
             self.set_time(scet, turn);
@@ -349,14 +349,14 @@ impl<D: SpacecraftDevice> Services<D> {
     }
 }
 
-/// The time in 2012h.
-fn brought_utc<D: SpacecraftDevice>(application: &mut D) -> Option<FineScet> {
+/// Returns the time in 2012h.
+fn received_utc<D: SpacecraftDevice>(application: &mut D) -> Option<FineScet> {
     let (relation, objects) = D::UTC.zip(application.utc())?;
-    let mut brought = objects.utc_set;
+    let mut received = objects.utc_set;
     if !D::SUBMILLISECONDS {
         // 7.1.3g: any value is allowed there.
-        brought.submilliseconds = 0;
+        received.submilliseconds = 0;
     }
-    let scet = FineScet::from(relation.scet(Utc::try_from(brought).ok()?));
+    let scet = FineScet::from(relation.scet(Utc::try_from(received).ok()?));
     Some(if D::SUBMILLISECONDS { scet } else { scet.plus(MEAN_OF_MICROS) })
 }

@@ -91,7 +91,7 @@ impl<D: SpacecraftDevice> Slave<D> {
     fn equip(&mut self, hardware: Hardware) {
         let Hardware { store, retained, post_mortem, late_heartbeats } = hardware;
         self.canopen.services_mut().objects_mut().extension.set_post_mortem(post_mortem);
-        if self.canopen.id() == MAINTENANCE {
+        if self.canopen.control().id() == MAINTENANCE {
             return self.maintain(store);
         }
         self.canopen.control_mut().set_pattern(late_heartbeats);

@@ -30,7 +30,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.canopen.send_pdo(self.redundancy.selected(), number, now);
     }
 
-    /// An SDO request on the active bus.
+    /// Takes an SDO request on the active bus.
     #[inline(never)]
     pub(super) fn on_sdo(&mut self, frame: &Frame, turn: &mut Turn) {
         if self.canopen.services_mut().on_plain_segment(frame, turn.now) {
@@ -41,7 +41,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         }
     }
 
-    #[inline(never)] // a segment need not pay for it
+    #[inline(never)] // segments skip its prologue
     fn on_request(&mut self, frame: &Frame, turn: &mut Turn) {
         if let Some(at) = self.canopen.on_request(self.redundancy.selected(), frame, turn) {
             self.on_written(at, turn);
@@ -49,14 +49,14 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.run(turn);
     }
 
-    /// A SYNC on the active bus.
+    /// Takes a SYNC on the active bus.
     #[inline(never)]
     pub(super) fn on_sync(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         self.canopen.on_sync(self.redundancy.selected(), frame, stamp, turn);
         self.run(turn);
     }
 
-    /// A frame on the active bus, in Operational, that may be of RPDOs.
+    /// Takes a frame on the active bus, in Operational, that may be of RPDOs.
     #[inline(never)]
     pub(super) fn on_pdo(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let bus = self.redundancy.selected();
@@ -67,7 +67,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         }
     }
 
-    /// An object was written over the bus: what depends on it follows.
+    /// Lets the node follow an object that was written over the bus.
     fn on_written(&mut self, at: Address, turn: &mut Turn) {
         if at.index <= LAST_OWN {
             self.on_own_written(at, turn);
@@ -90,8 +90,8 @@ impl<D: SpacecraftDevice> Slave<D> {
         }
     }
 
-    /// An object was written that the node itself follows.
-    #[inline(never)] // those of the application need not pay for it
+    /// Lets the services follow an object of their own that was written.
+    #[inline(never)] // writes to objects of the application skip its prologue
     fn on_own_written(&mut self, at: Address, turn: &mut Turn) {
         self.canopen.on_own_written(at, turn);
         if matches!(at.index, CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY) {

@@ -41,7 +41,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.canopen.boot(bus, turn);
     }
 
-    /// A frame that is none of SYNC, SDO and PDOs on the active bus.
+    /// Takes a frame other than SYNC, SDO and PDOs of the active bus.
     #[inline(never)]
     pub(super) fn on_network(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         if frame.id() == CobId::NMT {
@@ -68,7 +68,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.run(turn);
     }
 
-    #[inline(never)] // a heartbeat of the master need not pay for it
+    #[inline(never)] // heartbeats of the master skip its prologue
     fn on_rare_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) -> SlaveVerdict {
         self.decide(turn, |redundancy, step| redundancy.on_rare_frame(bus, frame, stamp.at, step))
     }
@@ -137,7 +137,7 @@ impl<D: SpacecraftDevice> Slave<D> {
 
     /// Writes Bdefault beyond power-off. A node without a parameter store keeps nothing.
     fn note_bdefault(&mut self, bus: Bus, may_write: bool, turn: &mut Turn) {
-        let id = self.canopen.id();
+        let id = self.canopen.control().id();
         let storage = self.canopen.services_mut().storage_mut();
         let is_kept = if may_write {
             storage.note_bdefault(id, bus).map(|outcome| outcome.is_ok())

@@ -27,21 +27,21 @@ impl Memory {
 }
 
 impl<D: SpacecraftDevice> Slave<D> {
-    /// Before power-on: takes memory that outlives a reset.
+    /// Takes memory that outlives a reset, before power-on.
     pub(super) fn retain(&mut self, words: &'static mut (dyn RetainedMemory + Send)) {
         let retained = Retained::decode(words.read()).unwrap_or_default();
         self.memory = Memory(Some(words));
         self.select_bdefault(retained);
     }
 
-    /// Before power-on: takes what is stored.
+    /// Takes the stored parameters, before power-on.
     pub(super) fn load_all(&mut self) {
         self.show_bdefault(self.initial.bdefault);
         self.canopen.services_mut().load(Group::All);
         self.select_bdefault(self.redundancy.retained());
     }
 
-    /// Before power-on: selects the retained Bdefault, else the stored one, which the dictionary has (ECSS 8.3.2a).
+    /// Selects the retained Bdefault, else the stored one, which the dictionary has (ECSS 8.3.2a).
     fn select_bdefault(&mut self, retained: Retained) {
         let services = self.canopen.services();
         let (access, stored) = (services.buses().access(), services.written_redundancy());

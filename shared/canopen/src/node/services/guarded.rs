@@ -138,7 +138,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         is_wrong
     }
 
-    /// The copies of a COB-ID.
+    /// Returns the copies of a COB-ID.
     #[inline(never)] // once for all callers
     fn copies(&mut self, number: usize) -> Option<Copies<'_>> {
         let Self { dictionary, guarded, sync_id, second_sdo, .. } = self;

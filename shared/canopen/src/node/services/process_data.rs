@@ -55,7 +55,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         }
     }
 
-    /// Receive PDOs that waited for the SYNC.
+    /// Lets the receive PDOs that waited for the SYNC take effect.
     #[inline(never)] // few SYNCs find any
     fn end_sync<V: NodeEvent<Extension = E::Event>>(&mut self, bus: Bus, turn: &mut Turn<V>) {
         let Self { dictionary, buses, .. } = self;
@@ -88,7 +88,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         }
     }
 
-    /// A frame of an RPDO that is synchronous, has a deadline, carries the time, or is not as it should be.
+    /// Takes a frame of an RPDO that is synchronous, has a deadline, carries the time, or is not as it should be.
     #[inline(never)]
     fn on_special_pdo<V: NodeEvent<Extension = E::Event>>(
         &mut self,
@@ -146,7 +146,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 }
 
-/// The content of an event.
+/// Returns the content of an event.
 fn received<D: Device>(number: usize, bus: Bus, frame: &Frame, stamp: &Stamp) -> ReceivedPdo {
     ReceivedPdo::new(const { &D::PDOS }, number as u16, bus, frame.padded(), stamp.at)
 }

@@ -95,11 +95,6 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         self.control.change(self.services.wakes_mut())
     }
 
-    /// Returns the Node-ID of the node.
-    pub fn id(&self) -> NodeId {
-        self.control.id()
-    }
-
     /// Returns the NMT state of the node.
     pub fn state(&self) -> NmtState {
         self.control.state()

@@ -123,9 +123,9 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
     pub fn configure(&mut self, monitor: &mut Timed<Monitor<D::Consumers>>, now: Instant) {
         self.written = None;
         self.stop_pdos();
+        self.configure_emcy();
         let Self { objects, emcy, wakes, .. } = self;
         let emcy = emcy.change(wakes);
-        emcy.configure(objects.communication.emcy.config());
         let clear = &mut |missed: NodeId| _ = emcy.clear(ErrorCode::HEARTBEAT, missed.get());
         monitor.change(wakes).configure(&objects.consumers, clear);
         self.set_pdos(now);
@@ -225,7 +225,7 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
         self.emcy.no_sooner().confirm();
     }
 
-    /// Register and history of errors in the objects follow.
+    /// Shows register and history of errors in the objects.
     fn show_errors(&mut self) {
         self.emcy.show(&mut self.objects.communication.emcy);
     }

@@ -127,7 +127,7 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
         }
     }
 
-    /// A PDO has these parameters from now on; what is mapped is as the objects have it.
+    /// Gives a PDO new parameters, with the mapping that the objects have.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`
     fn take_pdo(
         &mut self,
@@ -149,7 +149,7 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
         }
     }
 
-    /// A write to the parameters of a PDO: the service takes them over, or refuses them.
+    /// Follows a write to the parameters of a PDO: the service takes them, or refuses them.
     pub fn configure_pdo(&mut self, at: Address, value: u32) -> Result<(), AbortCode> {
         let number = usize::from(at.index & 0x1FF);
         let is_received = at.index <= LAST_RPDO_MAPPING;

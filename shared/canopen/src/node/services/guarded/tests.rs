@@ -7,7 +7,6 @@ use std::vec::Vec;
 
 use super::correct;
 use crate::emcy::Config;
-use crate::node::extend::NoStore;
 use crate::node::index::{EMCY_COB_ID, RPDO, SYNC_COB_ID, TPDO};
 use crate::node::probe::{Guard, Probe};
 use crate::node::services::Services;
@@ -17,6 +16,7 @@ use crate::node::{Event, Outbox, Settings};
 use crate::od::copies::Copied;
 use crate::od::{INVALID, NO_REMOTE};
 use crate::pdo::{Direction, Layout};
+use crate::store::machine::NoStore;
 use crate::types::{Address, CobId, Duration, Instant, NodeId, Sealed};
 
 const ID: NodeId = NodeId::of::<5>();

@@ -5,13 +5,13 @@ extern crate std;
 use std::vec::Vec;
 
 use super::SECOND;
-use crate::node::extend::NoStore;
 use crate::node::probe::{Guard, TwoServers};
 use crate::node::services::objects::NodeObjects;
 use crate::node::services::{SdoStep, Services};
 use crate::node::turn::Turn;
 use crate::node::{Event, Outbox, Settings};
 use crate::sdo::TwoSdoServers;
+use crate::store::machine::NoStore;
 use crate::types::{Address, CobId, Frame, Instant, NodeId, Sealed};
 
 const ID: NodeId = NodeId::of::<5>();

@@ -3,7 +3,7 @@
 //! A client writes one of these objects, and its answer waits until the flash has the new set. The save moves on by a
 //! slice of a few words, and pauses between two slices: a word of flash stops the processor, and frames wait.
 
-use async_canopen::node::extend::SaveEnd;
+use async_canopen::store::machine::SaveEnd;
 
 use crate::store::{Group, ParameterStore, Parameters, Save, StoreError, StoreRequest};
 use crate::types::{AbortCode, Address, Duration, Instant, NodeId};
