@@ -72,7 +72,7 @@ fn assert_true(boards: Boards, load: f64) {
     assert!((outcome.load - load).abs() < 0.05, "{told}");
     // Six nodes, ten seconds: errors strike, mostly in frames at 90 %.
     assert!(destroyed as f64 > 300.0 * load, "{destroyed} destroyed, {told}");
-    // Every SYNC was either stamped or counted with its reason, by each of the four boards.
+    // Each of the four boards either stamped a SYNC or counted it with its reason.
     let answered = outcome.errors_ns.len() as u64 + missed.iter().sum::<u64>();
     assert!((4 * SYNCS..4 * SYNCS + 4).contains(&answered), "{answered} answered, {told}");
 }
@@ -96,7 +96,7 @@ fn without_capture_wires_stamps_are_those_of_the_interrupts() {
     assert_eq!(others, [0; 3]);
 }
 
-/// The trial itself can tell: of a program whose stamps are a bit off none is true.
+/// Given a program whose stamps are one bit off, then the trial accepts none of them.
 #[test]
 fn a_stamp_one_bit_off_is_that_of_another_frame() {
     let late = |board: &EmulatedBoard| {
