@@ -165,7 +165,7 @@ impl Rtt {
     }
 }
 
-/// Whether the program has made its control block since power-on.
+/// Returns whether the program has made its control block since power-on.
 fn is_set_up(memory: &Memory, block: u32) -> bool {
     let mut magic = [0; MAGIC.len()];
     memory.copy_out(block, &mut magic).is_ok() && magic == *MAGIC

@@ -232,7 +232,7 @@ fn path_attribute(group: &Group) -> Option<String> {
     is_value.then(|| tokens.next().map(|literal| literal.to_string().trim_matches('"').to_owned()))?
 }
 
-/// Whether it is `[cfg(test)]`.
+/// Returns whether it is `[cfg(test)]`.
 fn is_cfg_test(group: &Group) -> bool {
     group.delimiter() == Delimiter::Bracket && group.stream().to_string().replace(' ', "") == "cfg(test)"
 }
@@ -254,7 +254,7 @@ fn next_ident(tokens: &mut Tokens) -> Option<String> {
     tokens.next_if(|token| matches!(token, TokenTree::Ident(_))).map(|ident| ident.to_string())
 }
 
-/// Whether a `::` was next.
+/// Returns whether a `::` was next.
 fn skip_colons(tokens: &mut Tokens) -> bool {
     let mut is_colon = || tokens.next_if(|token| token.to_string() == ":").is_some();
     is_colon() && is_colon()
