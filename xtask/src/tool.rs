@@ -17,7 +17,7 @@ pub struct Tool {
     pub asked: &'static [&'static str],
     /// The subcommand of `cargo xtask` that needs it.
     pub subcommand: &'static str,
-    /// How long the build takes on two cores, in words.
+    /// Duration of the build on two cores, in words.
     pub takes: &'static str,
     /// Further arguments of `cargo install`.
     pub arguments: &'static [&'static str],

@@ -66,7 +66,7 @@ pub struct Rtt {
 }
 
 impl Rtt {
-    /// For a board that runs `image`.
+    /// Makes a reader for a board that runs `image`.
     pub fn new(image: &Image) -> Self {
         // A log that cannot be decoded is not read.
         let control_block = image.symbol("_SEGGER_RTT").filter(|_| image.log_table().is_ok());

@@ -308,7 +308,7 @@ mod tests {
         stored
     }
 
-    /// The same row with an accepted value.
+    /// Returns the same row with an accepted value.
     fn accepting(mut stored: Stored, value: u64, reason: &str) -> Stored {
         stored.rows.get_mut(KEY).unwrap()[ACCEPTED] = json!({ "value": value, "reason": reason });
         stored
@@ -376,7 +376,8 @@ mod tests {
         assert!(rows.rows.values().all(|row| row.get(BEST).is_none()));
     }
 
-    /// What the repository stores passes its own check: each accepted value has a reason, each row of a best value its commit.
+    /// The stored values of the repository pass the check: each accepted value has a reason, and each best value its
+    /// commit.
     #[test]
     fn stored_rows_that_are_worse_than_their_best_have_reasons() {
         let stored = Stored::read(&path()).unwrap();

@@ -1,4 +1,4 @@
-//! The pages of docs/ as a book: every page is in its contents, none is too long, and the README shows code that is tested.
+//! The pages of docs/ as a book: each page is in its contents, none is too long, and the README shows tested code.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use crate::docs::{documents, read, root, text};
 /// Pages that commands write.
 const GENERATED: [&str; 2] = ["docs/compliance.md", "docs/performance.md"];
 
-/// Words of a document that people read from top to bottom: without tables and blocks of code.
+/// Returns the number of words of a document without tables and blocks of code.
 fn words(text: &str) -> usize {
     let (mut count, mut skipped) = (0, 0_u32);
     for event in Parser::new_ext(text, Options::ENABLE_TABLES) {

@@ -140,7 +140,8 @@ fn a_plain_slave_keeps_the_rules_of_cia_301() {
     passes_with_plain_slave("conformance.py", "bxcan-slave");
 }
 
-/// The same behind `embedded_can::nb`: requests come as fast as they may, and none is lost.
+/// Given a slave on `embedded_can::nb` and requests at the highest rate, then the cases hold too, and no request is
+/// lost.
 #[test]
 fn a_plain_slave_on_embedded_can_keeps_the_rules_of_cia_301() {
     passes_with_plain_slave("conformance.py", "nonblocking-slave");

@@ -182,7 +182,7 @@ fn blocks_are_moved_with_a_node_of_durand() {
     for (at, code) in [(unknown, NoObject), (CONSTANT, ReadOnly)] {
         assert_eq!(flight.download(at, &other(1000), Mode::Block), Err(Error::Abort(code)), "{at:?}");
     }
-    // More than the application takes: the server tells the size at once.
+    // More than the application takes. The server indicates the size at once.
     assert_eq!(flight.upload(DOMAIN, 28, Mode::Block), Err(Error::TooLarge));
     flight.reads(DOMAIN, &other(29), Mode::Block);
     flight.end();

@@ -1,4 +1,4 @@
-//! From the receive interrupt to the node and to its application, in cycles.
+//! Latency from the receive interrupt to the node and to its application, in cycles.
 //!
 //! A foreign controller sends 1,000 commands to an operational slave while the twin runs one instruction at a time.
 //! Time is the core's count of cycles awake. It starts with the exception entry of the receive interrupt of CAN1 (IPSR

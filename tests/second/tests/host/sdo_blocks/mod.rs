@@ -139,9 +139,10 @@ fn both_sides_refuse_a_value_with_another_crc() {
     }
 }
 
-/// The node understands the repetition of a whole sub-block. After a part of one it expects the numbers to go on (CiA 301
-/// 7.2.4.3.10: they begin with 1 again), which its CRC then tells. It repeats sub-blocks of an upload from their start
-/// whatever was acknowledged, and counts them twice in its CRC.
+/// Given lost frames, then a value is right, or there is an error. The node accepts the repetition of a complete
+/// sub-block. After a part of one it expects consecutive numbers (CiA 301 7.2.4.3.10: they start with 1 again), which
+/// its CRC then detects. It repeats sub-blocks of an upload from their start regardless of the acknowledgement, and
+/// counts them twice in its CRC.
 #[test]
 fn a_value_is_right_or_an_error_whatever_is_lost() {
     let mut line = Line::new(Zencan::new());
