@@ -1,4 +1,4 @@
-//! `cargo xtask firmware`: the three images, or those of a package of yours, where they are and how big.
+//! `cargo xtask firmware`: paths and sizes of the three images, or of those of a user's package.
 
 use std::path::{Path, PathBuf};
 
@@ -42,7 +42,7 @@ pub struct Options {
     manifest_path: Option<PathBuf>,
 }
 
-/// Help of `--board`.
+/// Returns the help of `--board`.
 fn of_board() -> String {
     let default = Board::DEFAULT;
     format!("{} [default: {default}; with --package the board in its Cargo.toml, if that names one]", help())
@@ -87,7 +87,8 @@ fn own(name: &str, options: &Options) -> anyhow::Result<()> {
     })
 }
 
-/// The feature of a package that chooses the board of `--board`, or the usual one. `None`: its manifest names the board.
+/// Returns the feature of a package that selects the board of `--board`, or the default one. `None`: its manifest names
+/// the board.
 fn feature<'a>(name: &str, choice: &Choice, board: Option<&'a Board>) -> Result<Option<&'a str>, Misuse> {
     let has = |feature: &str| choice.features.iter().any(|known| known == feature);
     match board.map(Board::name) {

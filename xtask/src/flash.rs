@@ -1,7 +1,8 @@
-//! `cargo xtask flash`, which `cargo master`, `cargo slave` and `cargo minimal` stand for: build an image, write it to a board, show its log.
+//! `cargo xtask flash`, with the aliases `cargo master`, `cargo slave` and `cargo minimal`: builds an image, writes it
+//! to a board, shows its log.
 //!
-//! The image comes from where all images come from, so one command is enough on a machine with rustup's target and on one
-//! with Debian's toolchain. Writing is up to probe-rs.
+//! The image is built as all images are, so one command is enough with rustup's target and with Debian's toolchain.
+//! probe-rs writes it.
 
 use std::ffi::OsString;
 use std::io::ErrorKind;
@@ -57,7 +58,7 @@ enum Role {
 }
 
 impl Options {
-    /// Features of the image beside board, profile and bit rate.
+    /// Returns the features of the image in addition to board, profile and bit rate.
     fn fitting(&self) -> Result<&'static str, Misuse> {
         match (self.one_controller, self.role) {
             (false, _) => Ok(""),
@@ -70,7 +71,7 @@ impl Options {
     }
 }
 
-/// Builds the image and becomes `probe-rs run`.
+/// Builds the image, and replaces this program by `probe-rs run`.
 ///
 /// # Errors
 /// When the image cannot be built, or probe-rs is missing or fails.
@@ -89,7 +90,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     write(board, &image, &options.probe_rs)
 }
 
-/// Becomes `probe-rs run` of an image, with `arguments`.
+/// Replaces this program by `probe-rs run` of an image, with `arguments`.
 ///
 /// # Errors
 /// When probe-rs fails.
@@ -99,10 +100,10 @@ pub fn write(board: &Board, image: &Path, arguments: &[OsString]) -> anyhow::Res
     replace_by(probe_rs)
 }
 
-/// Looks for probe-rs, before a build of a minute.
+/// Looks for probe-rs before a build of a minute.
 ///
 /// # Errors
-/// When it is missing; says how to install it.
+/// When it is missing. The error says how to install it.
 pub fn find_probe_rs() -> anyhow::Result<()> {
     let version =
         Command::new(PROBE_RS).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
@@ -116,14 +117,14 @@ pub fn find_probe_rs() -> anyhow::Result<()> {
     }
 }
 
-/// The program takes our place: it gets Ctrl-C, and its exit code is ours.
+/// Replaces this program by `program`, which gets Ctrl-C and sets the exit code.
 #[cfg(unix)]
 fn replace_by(mut program: Command) -> anyhow::Result<()> {
     use std::os::unix::process::CommandExt;
     Err(program.exec()).context("cannot run probe-rs")
 }
 
-/// Runs it to its end; its exit code is ours.
+/// Runs the program to its end, and exits with its exit code.
 #[cfg(not(unix))]
 fn replace_by(mut program: Command) -> anyhow::Result<()> {
     let status = program.status().context("cannot run probe-rs")?;

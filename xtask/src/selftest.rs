@@ -1,4 +1,4 @@
-//! `cargo xtask selftest`: flash the self-test to a bare board and show its log, or fly it on the emulated board.
+//! `cargo xtask selftest`: flashes the self-test to a bare board and shows its log, or runs it on the emulated board.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -15,9 +15,9 @@ use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 
 use crate::flash;
 
-/// How the emulated board is strapped.
+/// Node-ID of the emulated board's straps.
 const NODE: u8 = 2;
-/// The emulated board is done by then, also where it erases flash first.
+/// Time by which the emulated board is done, even if it erases flash first.
 const FLIGHT: Time = Time::from_ms(3_000);
 
 /// Command line of `selftest`.
@@ -42,7 +42,7 @@ pub struct Options {
     probe_rs: Vec<OsString>,
 }
 
-/// Builds the image; runs it, or becomes `probe-rs run`.
+/// Builds the image, and runs it or replaces this program by `probe-rs run`.
 ///
 /// # Errors
 /// When the image cannot be built, probe-rs is missing or fails, or a check fails on the emulated board.
@@ -58,7 +58,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     flash::write(&options.board, &image, &options.probe_rs)
 }
 
-/// Prints what the image says on an emulated board.
+/// Prints the log of the image on an emulated board.
 fn fly(board: &Board, image: &Path) -> anyhow::Result<()> {
     let image = fleet::image(image)?;
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());

@@ -12,7 +12,7 @@ use firmware_images::support::needs::{
 };
 use firmware_images::support::project;
 
-/// What the tests of the third tier use.
+/// Tools of the tests of the third tier.
 const NEEDS: [Need; 10] = [
     TSHARK,
     LOG2ASC,
@@ -26,10 +26,10 @@ const NEEDS: [Need; 10] = [
     Need::PythonPackages,
 ];
 
-/// The package of the tests that meet tools of others.
+/// The package of tests with third-party tools.
 const SECOND: &str = "second";
 
-/// Tests, by what they need.
+/// Tests, by their needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Tier {
     /// What `cargo test` runs: protocol, host worlds, wire, emulated boards, flights of two configurations of the images
@@ -60,7 +60,7 @@ pub struct Options {
     names: Vec<String>,
 }
 
-/// Runs the tests after it made sure that the tools are there.
+/// Checks that the tools are installed, and runs the tests.
 ///
 /// # Errors
 /// When a tool is missing and must not or cannot be installed, or a test fails.
@@ -73,7 +73,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         test(&[], &options.names)?;
     }
     if has(Tier::Second) {
-        // All targets of the second package but that of the tools; the library has tests of its own.
+        // All targets of the second package except that of the tools. The library has its own tests.
         let package =
             ["--package", SECOND, "--lib", "--test", "flights", "--test", "host", "--test", "layers"];
         test(&package, &options.names)?;
@@ -84,7 +84,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         test(&others, &options.names)?;
     }
     if has(Tier::Tools) {
-        // A test waits most of its time: its spacecraft flies in real time, which takes less than half a core.
+        // A test mostly waits, because its spacecraft runs in real time and uses less than half a core.
         let jobs = options.jobs.map_or_else(
             || std::thread::available_parallelism().map_or(2, |cores| 2 * cores.get()),
             NonZero::get,
@@ -97,7 +97,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Names of the packages that `cargo test` tests.
+/// Returns the names of the packages that `cargo test` tests.
 fn first_tier() -> anyhow::Result<Vec<String>> {
     let metadata = MetadataCommand::new()
         .manifest_path(project::path("Cargo.toml"))
@@ -108,7 +108,7 @@ fn first_tier() -> anyhow::Result<Vec<String>> {
     Ok(packages.into_iter().map(|package| package.name.to_string()).collect())
 }
 
-/// Runs `cargo test` with these arguments, and behind `--` with those for the tests.
+/// Runs `cargo test` with these arguments, and after `--` with those for the tests.
 fn test(arguments: &[&str], behind: &[String]) -> anyhow::Result<()> {
     let mut cargo = Command::new("cargo");
     firmware_images::clean(&mut cargo).arg("test").args(arguments);

@@ -1,4 +1,4 @@
-//! Programs of others, which the registry of crates has.
+//! Third-party programs from the registry of crates.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -9,21 +9,21 @@ use clap::Args;
 
 use firmware_images::support::{output, project};
 
-/// A program as it is pinned.
+/// A program with a pinned version.
 pub struct Tool {
     pub program: &'static str,
     pub version: &'static str,
-    /// Arguments with which it tells its version.
+    /// Arguments with which it prints its version.
     pub asked: &'static [&'static str],
     /// The subcommand of `cargo xtask` that needs it.
     pub subcommand: &'static str,
-    /// How long the build takes on two cores, in words.
+    /// Duration of the build on two cores, in words.
     pub takes: &'static str,
-    /// More arguments of `cargo install`.
+    /// Further arguments of `cargo install`.
     pub arguments: &'static [&'static str],
 }
 
-/// Where it is, and whether it may be built.
+/// Location of the program, and whether it may be built.
 #[derive(Args, Debug)]
 pub struct Source {
     /// Build the program that this needs where it is missing: a minute or two on two cores, from the registry of crates
@@ -59,7 +59,8 @@ impl Tool {
         Ok(installed)
     }
 
-    /// Without optimisation: what these programs do themselves takes a second either way, and the build a third of the time.
+    /// Installs the program without optimisation. It runs for a second in both cases, and the build takes a third of
+    /// the time.
     fn install(&self, root: &Path) -> anyhow::Result<()> {
         let Tool { program, version, takes, .. } = self;
         output::note(format_args!(

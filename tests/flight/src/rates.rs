@@ -15,7 +15,7 @@ pub fn at(kbit: u64, profile: &str) -> Images {
     build("pyboard-v11", &format!("{profile}+kbit-{kbit}"))
 }
 
-/// How long `count` bits take.
+/// Returns the duration of `count` bits.
 fn bits(kbit: u64, count: u64) -> Time {
     Time::from_ns(1_000_000 / kbit * count)
 }

@@ -79,7 +79,7 @@ impl Master {
         self
     }
 
-    /// Whether it manages the network.
+    /// Returns whether it manages the network.
     pub fn is_active(&self) -> bool {
         self.redundancy.is_active()
     }

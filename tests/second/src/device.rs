@@ -1,4 +1,4 @@
-//! The test device: its image, and the data sheets that scripts read it by. Data sheets of the slaves on one bus.
+//! The test device: its image, and its data sheets for scripts. Also data sheets of the slaves on one bus.
 
 use std::fs;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use crate::tools::workspace;
 
 /// Node of the DCF.
 const NODE: NodeId = NodeId::of::<3>();
-/// Any will do.
+/// Any timestamp, because no test checks it.
 const MADE: Timestamp = Timestamp { year: 2026, month: 11, day: 22, hour: 12, minute: 0 };
 
 /// The image, profile `librecube`.
@@ -76,7 +76,7 @@ fn written<D: Objects>(
     fs::create_dir_all(&directory).with_context(|| format!("cannot make {}", directory.display()))?;
     let text = description.dcf(&dcf, &eds, &Commissioning::new(NODE), &mut objects(NODE))?;
     for (name, text) in [(&eds, description.eds(&eds)), (&dcf, text)] {
-        // Renamed, not written in place: scripts of other tests may be reading it.
+        // It is renamed, not written in place, because scripts of other tests may read it.
         let part = directory.join(format!("{name}.{:?}", std::thread::current().id()));
         fs::write(&part, text).with_context(|| format!("cannot write {}", part.display()))?;
         fs::rename(&part, directory.join(name))

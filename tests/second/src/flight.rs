@@ -1,4 +1,4 @@
-//! The SDO client of `ecss-can`, a server that others wrote, and a spacecraft on whose nominal bus they meet.
+//! The SDO client of `ecss-can`, a third-party server, and a spacecraft on whose nominal bus they communicate.
 
 use ecss_can::sdo::Error;
 use ecss_can::sdo::Mode;
@@ -11,7 +11,7 @@ use crate::script::Companion;
 /// Node of the server, which no board has.
 const SERVER: u8 = 5;
 
-/// Client, server and spacecraft. What goes wrong is a panic: this is for tests.
+/// Client, server and spacecraft. It panics at an error, because it is for tests.
 pub struct Flight {
     host: Host,
     server: Companion,
@@ -19,7 +19,7 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// A spacecraft with a master and two slaves that flies as usual, and the server that this script of `python/` plays.
+    /// Starts a spacecraft with a master and two slaves, and the server of this script of `python/`.
     pub fn begin(script: &str) -> Flight {
         let twin = must(Twin::start(&["--profile", "librecube", "--slaves", "2"]));
         let mut server = must(Companion::start(script, &twin));
@@ -28,7 +28,7 @@ impl Flight {
         Flight { host, server, twin }
     }
 
-    /// Writes a value; how the transfer ended.
+    /// Writes a value, and returns the result of the transfer.
     pub fn download(&mut self, at: Address, value: &[u8], mode: Mode) -> Result<usize, Error> {
         must(self.host.download(at, value, mode))
     }
@@ -38,42 +38,42 @@ impl Flight {
         must(self.host.upload(at, most, mode))
     }
 
-    /// Writes a value, of which the server says what it has got.
+    /// Writes a value, and asserts that the server has received it.
     pub fn writes(&mut self, at: Address, value: &[u8], mode: Mode) {
         assert_eq!(self.download(at, value, mode), Ok(value.len()), "{at:?}");
         let digits: String = value.iter().map(|byte| format!("{byte:02x}")).collect();
         assert_eq!(must(self.server.next_line()), format!("{:04X} {:02X} {digits}", at.index, at.sub));
     }
 
-    /// Reads a value, which is this one.
+    /// Reads a value, and asserts that it is `value`.
     pub fn reads(&mut self, at: Address, value: &[u8], mode: Mode) {
         assert_eq!(self.upload(at, 20_000, mode), Ok(value.to_vec()), "{at:?}");
     }
 
-    /// Reads a value by blocks, although the nth frame is lost.
+    /// Reads a value by blocks while the nth frame is lost, and asserts that it is `value`.
     pub fn reads_without(&mut self, nth: usize, at: Address, value: &[u8]) {
         self.host.misses = Some(nth);
         self.reads(at, value, Mode::Block);
         self.host.misses = None;
     }
 
-    /// Command specifiers of requests and responses of the last transfer, those of the first four frames.
+    /// Returns the command specifiers of the first four frames of the last transfer.
     pub fn commands(&self) -> Vec<u8> {
         self.host.exchanged.iter().take(4).map(|[command, ..]| *command).collect()
     }
 
-    /// Frames of the last transfer.
+    /// Returns the number of frames of the last transfer.
     pub fn frames(&self) -> usize {
         self.host.exchanged.len()
     }
 
-    /// Abort code in the nth frame of the last transfer.
+    /// Returns the abort code in the nth frame of the last transfer.
     pub fn abort_code(&self, nth: usize) -> Option<u32> {
         let [_, _, _, _, code @ ..] = *self.host.exchanged.get(nth)?;
         Some(u32::from_le_bytes(code))
     }
 
-    /// Everything has gone well, and nothing was written that was not to be.
+    /// Asserts that nothing failed and no unexpected value was written.
     pub fn end(self) {
         assert_eq!(must(self.server.end()), [""; 0]);
         must(self.twin.end());

@@ -1,4 +1,4 @@
-//! The SDO client of `ecss-can` on a computer: a socket, and the clock on the wall.
+//! The SDO client of `ecss-can` on a computer, with a socket and real time.
 
 use std::time::{Duration as Span, Instant as Wall};
 
@@ -10,13 +10,13 @@ use ecss_can::types::{Address, Duration, Instant};
 
 use crate::slcan::Channel;
 
-/// The computer may have other things to do.
+/// Timeout of a transfer, long because the computer may be busy.
 const TIMEOUT: Duration = Duration::from_millis(20_000);
 
-/// Until boards have power and somebody acknowledges frames.
+/// Longest time until boards have power and a node acknowledges frames.
 const UNTIL_IT_IS_HEARD: Span = Span::from_secs(60);
 
-/// Bytes that the application gives or takes at once.
+/// Bytes that the application provides or takes at once.
 const CHUNK: usize = 50;
 
 /// Gives bytes to a download.
@@ -25,7 +25,7 @@ pub fn push(client: &mut Client, rest: &mut &[u8]) {
     *rest = rest.get(pushed..).unwrap_or_default();
 }
 
-/// Takes bytes of an upload; how many.
+/// Takes bytes of an upload, and returns their number.
 pub fn pull(client: &mut Client, value: &mut Vec<u8>) -> usize {
     let mut part = [0; CHUNK];
     let pulled = client.pull(&mut part);
@@ -41,12 +41,12 @@ pub struct Host {
     power_on: Wall,
     /// Payloads of the last transfer, requests and responses as they went over the bus.
     pub exchanged: Vec<Payload>,
-    /// The nth payload of each transfer, from 0 on, is not heard when it is a response.
+    /// Number, from 0, of the payload of each transfer that is lost if it is a response.
     pub misses: Option<usize>,
 }
 
 impl Host {
-    /// A client of node `server`, on the bus at this address; somebody is heard on it.
+    /// Makes a client of node `server` on the bus at this address, and waits until a node is heard.
     ///
     /// # Errors
     /// When the bus cannot be reached or stays silent.
@@ -58,10 +58,10 @@ impl Host {
         Ok(Host { channel, client, server, power_on: Wall::now(), exchanged: Vec::new(), misses: None })
     }
 
-    /// Writes a value; how the transfer ended.
+    /// Writes a value, and returns the result of the transfer.
     ///
     /// # Errors
-    /// When the spacecraft has hung up.
+    /// When the spacecraft has closed the connection.
     pub fn download(
         &mut self,
         at: Address,
@@ -76,12 +76,12 @@ impl Host {
     /// Reads a value of at most `most` bytes.
     ///
     /// # Errors
-    /// When the spacecraft has hung up.
+    /// When the spacecraft has closed the connection.
     pub fn upload(&mut self, at: Address, most: usize, mode: Mode) -> anyhow::Result<Result<Vec<u8>, Error>> {
         self.client.start_upload(at, most, mode);
         let mut value = Vec::new();
         let outcome = self.transfer(|client| _ = pull(client, &mut value))?;
-        // What came last is still there.
+        // The last bytes are still in the client.
         while pull(&mut self.client, &mut value) > 0 {}
         if let Ok(size) = outcome {
             ensure!(value.len() == size, "{} bytes of {size}", value.len());
@@ -89,7 +89,7 @@ impl Host {
         Ok(outcome.map(|_| value))
     }
 
-    /// Runs a transfer to its end, while `work` gives or takes bytes.
+    /// Runs a transfer to its end, while `work` provides or takes bytes.
     fn transfer(&mut self, mut work: impl FnMut(&mut Client)) -> anyhow::Result<Result<usize, Error>> {
         self.exchanged.clear();
         loop {
@@ -125,7 +125,7 @@ impl Host {
         for payload in requests {
             self.channel.send(0x600 + u16::from(self.server), payload)?;
             self.exchanged.push(*payload);
-            // TCP holds us back when the bus does not follow.
+            // TCP blocks when the bus is slower.
             self.client.on_sent();
         }
         Ok(())

@@ -1,12 +1,12 @@
-//! The spacecraft under the eyes of tools that know nothing of it.
+//! Tests of the spacecraft with independent tools.
 //!
-//! A test is a Python script in `python/`, one per topic, and a line in `tests/tools/scripts.rs` that says with which spacecraft
-//! it runs. [`script::run`] starts `cargo twin` on free ports, hands the script the addresses of both buses, and fails
-//! with all that both of them said. What the scripts share is in `python/spacecraft.py`: channels by SLCAN with the twin's
-//! own time stamps, and networks of the `canopen` package.
+//! A test is a Python script in `python/`, one per topic, and a line in `tests/tools/scripts.rs` that says with which
+//! spacecraft it runs. [`script::run`] starts `cargo twin` on free ports, passes the addresses of both buses to the
+//! script, and fails with the output of both. Shared code of the scripts is in `python/spacecraft.py`: channels by
+//! SLCAN with the twin's own time stamps, and networks of the `canopen` package.
 //!
-//! The other way round, [`host::Host`] is the SDO client of `ecss-can` on this computer, and a script ([`script::Companion`])
-//! plays the server that it asks: [`flight::Flight`], `tests/tools/sdo_client.rs`.
+//! In the other direction, [`host::Host`] is the SDO client of `ecss-can` on this computer, and a script
+//! ([`script::Companion`]) is the server: [`flight::Flight`], `tests/tools/sdo_client.rs`.
 //!
 //! Values of types that the mission's objects do not have are those of the test device, `firmware/fixtures`: [`device`] has its
 //! image and its data sheets.

@@ -1,9 +1,9 @@
-//! A page of documentation that leads through steps, followed to the letter.
+//! A page of documentation with steps, which are executed as written.
 //!
-//! The info string of a block of code says what the block is: `sh` is run, `sh background` goes on running, `LANGUAGE PATH` is a
-//! file, and `text output` is what the command before it prints at its end. [`your_own`] are the steps of `docs/your-own.md`,
-//! [`your_own_master`] those of `docs/your-own-master.md`. The test `flights::page` follows the first ones up to the one that needs Python, and
-//! then the others. `tools::your_own` follows those with Python.
+//! The info string of a block of code says what the block is: `sh` is run, `sh background` keeps running, `LANGUAGE
+//! PATH` is a file, and `text output` is the end of the output of the command before it. [`your_own`] are the steps of
+//! `docs/your-own.md`, [`your_own_master`] those of `docs/your-own-master.md`. The test `flights::page` follows the
+//! first ones up to the one that needs Python, and then the others. `tools::your_own` follows those with Python.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -22,18 +22,18 @@ use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag, TagEnd};
 pub enum Step {
     /// A file, by its path in the folder of the page.
     File(PathBuf, String),
-    /// Commands, in the folder where those before them ended.
+    /// Commands, in the working folder of the previous ones.
     Run(String),
-    /// A command that goes on running.
+    /// A command that keeps running.
     Background(String),
     /// The last lines that the command before it prints.
     Output(String),
 }
 
-/// Where the pages say that this repository is.
+/// Path of this repository on the pages.
 const REPOSITORY: &str = "../ecss-can";
 
-/// The steps of `docs/your-own.md`, with this repository where it is.
+/// Returns the steps of `docs/your-own.md`, with the actual path of this repository.
 ///
 /// # Errors
 /// When the page cannot be read, has a block without a meaning, or does not name the repository.
@@ -41,7 +41,8 @@ pub fn your_own() -> anyhow::Result<Vec<Step>> {
     steps_of("docs/your-own.md")
 }
 
-/// The steps of `docs/your-own-master.md`, with this repository where it is. They continue in the folder of [`your_own`].
+/// Returns the steps of `docs/your-own-master.md`, with the actual path of this repository. They continue in the folder
+/// of [`your_own`].
 ///
 /// # Errors
 /// As [`your_own`].
@@ -60,10 +61,10 @@ fn root() -> anyhow::Result<&'static Path> {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).context("a workspace")
 }
 
-/// The steps of a page.
+/// Returns the steps of a page.
 ///
 /// # Errors
-/// When a block has no such meaning.
+/// When a block has an unknown meaning.
 pub fn steps(markdown: &str) -> anyhow::Result<Vec<Step>> {
     let (mut steps, mut block) = (Vec::new(), None);
     for event in Parser::new(markdown) {
@@ -88,8 +89,8 @@ pub fn steps(markdown: &str) -> anyhow::Result<Vec<Step>> {
     Ok(steps)
 }
 
-/// An empty folder outside of this repository, the same for each run of the test `name`: images are built for the path of a board, and
-/// what is built stays in `target`.
+/// Makes an empty folder outside this repository, the same for each run of the test `name`. Images are built for the
+/// path of a board, and the build stays in `target`.
 ///
 /// # Errors
 /// When it cannot be made.
@@ -109,16 +110,16 @@ pub fn fresh_folder(name: &str) -> anyhow::Result<PathBuf> {
 #[derive(Debug)]
 pub struct Folder {
     top: PathBuf,
-    /// Where the last command ended.
+    /// Working folder at the end of the last command.
     here: PathBuf,
-    /// Searched for programs before PATH.
+    /// Folder that is searched for programs before PATH.
     tools: Option<PathBuf>,
-    /// By the last commands.
+    /// Output of the last commands.
     printed: String,
 }
 
 impl Folder {
-    /// The folder `top`, with the programs of PATH.
+    /// Makes the folder `top`, with the programs of PATH.
     pub fn new(top: &Path) -> Folder {
         Folder { top: top.into(), here: top.into(), tools: None, printed: String::new() }
     }
@@ -129,7 +130,7 @@ impl Folder {
         Folder { tools: Some(tools.into()), ..self }
     }
 
-    /// Keeps what cargo compiles for the package `name`, which is there, in `target/page` of this repository for the next time.
+    /// Keeps the build of the existing package `name` in `target/page` of this repository for the next run.
     ///
     /// # Errors
     /// When the link cannot be made.
@@ -141,8 +142,8 @@ impl Folder {
         Ok(())
     }
 
-    /// Follows a step but for [`Step::Background`]: writes a file, runs commands, or compares what those before it printed. Keeps what is
-    /// compiled for the package that `cargo new` makes.
+    /// Executes a step except [`Step::Background`]: writes a file, runs commands, or compares the output of the
+    /// previous ones. Keeps the build of the package that `cargo new` makes.
     ///
     /// # Errors
     /// When a file cannot be written, a command fails, or prints something else.
@@ -172,7 +173,7 @@ impl Folder {
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// Runs commands; returns what they print.
+    /// Runs commands, and returns their output.
     ///
     /// # Errors
     /// When one of them fails.
@@ -186,7 +187,7 @@ impl Folder {
         Ok(said)
     }
 
-    /// A command that is to go on running, its standard output piped.
+    /// Returns a command that keeps running, with piped standard output.
     pub fn background(&self, command: &str) -> Command {
         let mut shell = self.shell(&format!("exec {command}"));
         shell.stdout(Stdio::piped());

@@ -1,4 +1,4 @@
-//! The programs of this workspace, as people run them.
+//! The programs of this workspace, run as users run them.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -13,10 +13,10 @@ use serde_json::Value;
 
 use crate::tools::{self, workspace};
 
-/// Longest run of a spacecraft that nobody ends, in seconds.
+/// Longest run of a spacecraft without a request to end, in seconds.
 const SECONDS: &str = "600";
 
-/// It may have to build the firmware first.
+/// Longest time until the spacecraft listens. It may build the firmware first.
 const UNTIL_IT_LISTENS: Duration = Duration::from_secs(900);
 
 /// The program `tools`, which `cargo demo`, `cargo twin` and the other commands for users run, built once in a test process.
@@ -51,7 +51,7 @@ fn build() -> anyhow::Result<PathBuf> {
 /// Runs that program to its end.
 ///
 /// # Errors
-/// When it cannot be built, or fails: its complaint stands on stderr.
+/// When it cannot be built or fails. Its message is on stderr.
 pub fn ends_well(arguments: &[&str]) -> anyhow::Result<()> {
     let mut command = Command::new(executable()?);
     let status = command.args(arguments).current_dir(workspace()).stdout(Stdio::null()).status();
@@ -60,11 +60,11 @@ pub fn ends_well(arguments: &[&str]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A spacecraft that runs; it ends when it goes out of scope.
+/// A running spacecraft, which ends when it goes out of scope.
 pub struct Twin {
     child: Child,
     said: Arc<Mutex<String>>,
-    /// Keeps what it says.
+    /// Thread that keeps its output.
     follower: Option<JoinHandle<()>>,
     /// Address of the nominal bus, for python-can.
     pub nominal: String,
@@ -73,10 +73,10 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// Starts `cargo twin` on free ports and waits until both buses are there.
+    /// Starts `cargo twin` on free ports, and waits until both buses are available.
     ///
     /// # Errors
-    /// When it cannot be built or does not begin to listen.
+    /// When it cannot be built or does not start to listen.
     pub fn start(arguments: &[&str]) -> anyhow::Result<Twin> {
         let mut command = Command::new(executable()?);
         command
@@ -88,7 +88,7 @@ impl Twin {
         Twin::of(command)
     }
 
-    /// Runs a command that is `cargo twin`, its standard output piped, and waits until both buses are there.
+    /// Runs the command `cargo twin` with piped standard output, and waits until both buses are available.
     ///
     /// # Errors
     /// When it does not begin to listen.
@@ -107,10 +107,10 @@ impl Twin {
         Ok(twin)
     }
 
-    /// Ends it in good order; all that it has printed.
+    /// Ends it regularly, and returns its output.
     ///
     /// # Errors
-    /// When a board panicked, locked up or had to be stopped; the reason stands on stderr.
+    /// When a board panicked, locked up or had to be stopped. The reason is on stderr.
     pub fn end(mut self) -> anyhow::Result<String> {
         let asked =
             Command::new("kill").arg(self.child.id().to_string()).status().context("cannot run kill")?;
@@ -123,7 +123,7 @@ impl Twin {
         Ok(self.said())
     }
 
-    /// What it has printed so far.
+    /// Returns its output so far.
     pub fn said(&self) -> String {
         self.said.lock().map(|said| said.clone()).unwrap_or_default()
     }
@@ -137,7 +137,7 @@ impl Drop for Twin {
     }
 }
 
-/// Keeps what a spacecraft prints; gives the addresses of its buses, nominal first, as they are printed.
+/// Keeps the output of a spacecraft, and sends the addresses of its buses, nominal first, when they are printed.
 fn follow(
     stdout: impl std::io::Read + Send + 'static,
     said: Arc<Mutex<String>>,
@@ -147,7 +147,7 @@ fn follow(
         for line in BufReader::new(stdout).lines().map_while(Result::ok) {
             if let Some((_, words)) = line.split_once(" bus: slcan ") {
                 let address = words.split(' ').next().unwrap_or_default();
-                // Nobody waits any more when the start has failed.
+                // There is no receiver when the start has failed.
                 let _ = addresses.send(address.to_owned());
             }
             if let Ok(mut said) = said.lock() {

@@ -13,20 +13,21 @@ use crate::device;
 use crate::program::{Twin, ends_well};
 use crate::tools;
 
-/// What a script has not said after so long it does not say.
+/// Longest time to wait for a line of a script.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Runs a script of `python/` against a spacecraft that `cargo twin` flies with `arguments`; what the spacecraft said.
+/// Runs a script of `python/` with a spacecraft of `cargo twin` and `arguments`, and returns the output of the
+/// spacecraft.
 ///
 /// The script finds the addresses of the buses in `SLCAN_NOMINAL` and `SLCAN_REDUNDANT`.
 ///
 /// # Errors
-/// When a tool is missing, the script fails, or a board was not well: with all that script and spacecraft said.
+/// When a tool is missing, the script fails, or a board fails. The error has the output of script and spacecraft.
 pub fn run(name: &str, arguments: &[&str]) -> anyhow::Result<String> {
     run_with(name, arguments, &[])
 }
 
-/// As [`run`]; the script finds these variables in its environment, too.
+/// Runs a script as [`run`] does, with these variables in its environment.
 fn run_with(name: &str, arguments: &[&str], variables: &[(&str, &str)]) -> anyhow::Result<String> {
     let twin = Twin::start(arguments)?;
     let variables = [&buses(&twin)[..], variables].concat();
@@ -83,7 +84,7 @@ pub fn run_at_125_kbit(name: &str) -> anyhow::Result<String> {
     run_with(name, &["--slaves", "0", &master, &second, &third], &[("BIT_RATE", "125000")])
 }
 
-/// As [`run`], with these nodes played by the test device. The script finds its data sheet in `SLAVE_EDS`.
+/// Runs a script as [`run`] does, with the test device as these nodes. The script finds its data sheet in `SLAVE_EDS`.
 ///
 /// # Errors
 /// As [`run`], and when image or data sheet cannot be made.
@@ -96,12 +97,12 @@ pub fn run_with_device(name: &str, arguments: &[&str], nodes: &[u8]) -> anyhow::
     run_with(name, &arguments, &[("SLAVE_EDS", sheet)])
 }
 
-/// The addresses of the buses.
+/// Returns the addresses of the buses.
 fn buses(twin: &Twin) -> [(&'static str, &str); 2] {
     [("SLCAN_NOMINAL", &twin.nominal), ("SLCAN_REDUNDANT", &twin.redundant)]
 }
 
-/// Python with a script of `python/` and these variables in its environment.
+/// Returns the command of Python with a script of `python/` and these variables in its environment.
 fn command(name: &str, variables: &[(&str, &str)]) -> anyhow::Result<Command> {
     let mut command = Command::new(tools::python()?);
     command
@@ -114,7 +115,7 @@ fn command(name: &str, variables: &[(&str, &str)]) -> anyhow::Result<Command> {
 /// Runs a script of `python/` with these variables in its environment.
 ///
 /// # Errors
-/// When Python is missing, or the script fails or tests nothing: with all that it said.
+/// When Python is missing, or the script fails or tests nothing. The error has its output.
 pub fn judge(name: &str, variables: &[(&str, &str)]) -> anyhow::Result<()> {
     let output = command(name, variables)?.output().with_context(|| format!("cannot run {name}"))?;
     let said =
@@ -125,7 +126,7 @@ pub fn judge(name: &str, variables: &[(&str, &str)]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A script that plays a node until it goes out of scope.
+/// A script that acts as a node until it goes out of scope.
 pub struct Companion {
     name: String,
     child: Child,
@@ -147,16 +148,16 @@ impl Companion {
         let stdout = child.stdout.take().context("its output is piped")?;
         let (sender, lines) = mpsc::channel();
         thread::spawn(move || {
-            // Nobody listens any more when the test has failed.
+            // There is no receiver when the test has failed.
             BufReader::new(stdout).lines().map_while(Result::ok).try_for_each(|line| sender.send(line))
         });
         Ok(Companion { name: name.to_owned(), child, lines })
     }
 
-    /// The next line that it prints.
+    /// Returns the next line that it prints.
     ///
     /// # Errors
-    /// When it ends or says nothing for a minute: with all that it complained about.
+    /// When it ends or prints nothing for a minute. The error has its stderr.
     pub fn next_line(&mut self) -> anyhow::Result<String> {
         self.lines.recv_timeout(PATIENCE).or_else(|_| {
             // It may have ended already.
@@ -166,10 +167,10 @@ impl Companion {
         })
     }
 
-    /// Lets it end; what it has printed and nobody asked for.
+    /// Lets it end, and returns its unread output.
     ///
     /// # Errors
-    /// When it has failed: with all that it said.
+    /// When it has failed. The error has its output.
     pub fn end(mut self) -> anyhow::Result<Vec<String>> {
         drop(self.child.stdin.take());
         let complaints = self.complaints()?;
@@ -178,7 +179,7 @@ impl Companion {
         Ok(self.lines.iter().collect())
     }
 
-    /// All that it writes to stderr until it ends.
+    /// Returns its stderr until its end.
     fn complaints(&mut self) -> anyhow::Result<String> {
         let mut complaints = String::new();
         if let Some(mut stderr) = self.child.stderr.take() {

@@ -1,4 +1,4 @@
-//! A bus of the spacecraft by SLCAN, from this side of the socket.
+//! A client of a bus of the spacecraft by SLCAN.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -25,7 +25,7 @@ pub struct Frame {
 #[derive(Debug)]
 pub struct Channel {
     stream: TcpStream,
-    /// What was received and not looked at.
+    /// Received bytes that were not parsed.
     input: Vec<u8>,
 }
 
@@ -33,7 +33,7 @@ impl Channel {
     /// Opens the channel at an address like `socket://127.0.0.1:29501`.
     ///
     /// # Errors
-    /// When nobody listens there.
+    /// When no server listens there.
     pub fn open(url: &str) -> anyhow::Result<Channel> {
         let address = url.strip_prefix("socket://").with_context(|| format!("not a socket: {url}"))?;
         let mut stream = TcpStream::connect(address).with_context(|| format!("cannot reach {url}"))?;
@@ -42,20 +42,20 @@ impl Channel {
         Ok(Channel { stream, input: Vec::new() })
     }
 
-    /// Gives a data frame to the bus.
+    /// Sends a data frame to the bus.
     ///
     /// # Errors
-    /// When the spacecraft has hung up.
+    /// When the spacecraft has closed the connection.
     pub fn send(&mut self, id: u16, data: &[u8]) -> anyhow::Result<()> {
         let digits: String = data.iter().map(|byte| format!("{byte:02X}")).collect();
         let line = format!("t{id:03X}{}{digits}\r", data.len());
         self.stream.write_all(line.as_bytes()).context("the spacecraft has hung up")
     }
 
-    /// The next data frame that others send; none when there is none before `until`.
+    /// Returns the next data frame of other nodes, if there is one before `until`.
     ///
     /// # Errors
-    /// When the spacecraft has hung up, has refused a line, or sends what is no SLCAN.
+    /// When the spacecraft has closed the connection, has refused a line, or sends an invalid line.
     pub fn receive(&mut self, until: Instant) -> anyhow::Result<Option<Frame>> {
         loop {
             while let Some(end) = self.input.iter().position(|byte| [END, BELL].contains(byte)) {
@@ -87,7 +87,7 @@ impl Channel {
     }
 }
 
-/// Identifier, length, bytes.
+/// Parses identifier, length and bytes.
 fn parse(text: &str) -> Option<Frame> {
     let id = u16::from_str_radix(text.get(..3)?, 16).ok()?;
     let length: usize = text.get(3..4)?.parse().ok()?;

@@ -1,4 +1,4 @@
-//! Where the tools of others are. `cargo xtask test-all --tier tools --install` installs them.
+//! Paths of third-party tools. `cargo xtask test-all --tier tools --install` installs them.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -7,17 +7,17 @@ use std::sync::LazyLock;
 use anyhow::ensure;
 use firmware_images::support::needs::{self, Need};
 
-/// Directory of the scripts.
+/// Returns the directory of the scripts.
 pub fn scripts() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("python")
 }
 
-/// Root of the workspace.
+/// Returns the root of the workspace.
 pub fn workspace() -> PathBuf {
     firmware_images::support::project::path("")
 }
 
-/// Files below `folder` with this extension, without build results and hidden folders, each with its text.
+/// Returns the files below `folder` with this extension and their texts, without build results and hidden folders.
 ///
 /// # Panics
 /// When one cannot be read.
@@ -36,10 +36,10 @@ pub fn files(folder: &Path, extension: &str) -> Vec<(PathBuf, String)> {
     found
 }
 
-/// Makes sure that these are installed.
+/// Checks that these are installed.
 ///
 /// # Errors
-/// When one is missing; the error says how to install it.
+/// When one is missing. The error says how to install it.
 pub fn require(needs: &[Need]) -> anyhow::Result<()> {
     let missing: Vec<String> = needs.iter().filter(|need| !need.is_there()).map(Need::to_string).collect();
     ensure!(
@@ -50,12 +50,12 @@ pub fn require(needs: &[Need]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The Python that has the packages of `python/requirements.txt`.
+/// Returns the path of a Python with the packages of `python/requirements.txt`.
 ///
 /// # Errors
-/// When they are missing; the error says how to install them.
+/// When they are missing. The error says how to install them.
 pub fn python() -> anyhow::Result<PathBuf> {
-    // Asked once: the answer takes Python a tenth of a second.
+    // Asked once, because Python takes a tenth of a second.
     static IS_THERE: LazyLock<bool> = LazyLock::new(|| Need::PythonPackages.is_there());
     if !*IS_THERE {
         require(&[Need::PythonPackages])?;

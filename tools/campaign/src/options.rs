@@ -79,7 +79,7 @@ pub(crate) enum Action {
     },
 }
 
-/// Where scripts run.
+/// Place in which scripts run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum World {
     /// The nodes' own code on mocks of ports and clocks

@@ -1,4 +1,4 @@
-//! What the observer reports: changes of nodes, recoveries and takeovers.
+//! Reports of the observer: changes of nodes, recoveries and takeovers.
 
 use can_wire::time::Time;
 

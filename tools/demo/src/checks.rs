@@ -15,7 +15,7 @@ use super::unheard::{Unheard, unheard};
 /// One check of the verdict.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Check {
-    /// What is checked.
+    /// Description of the check.
     pub name: &'static str,
     /// Values that pass.
     pub limit: String,

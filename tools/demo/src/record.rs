@@ -20,7 +20,7 @@ impl Nodes {
         self.0 |= 1 << node;
     }
 
-    /// Whether `node` is in it.
+    /// Returns whether `node` is in it.
     pub fn contains(self, node: Node) -> bool {
         self.0 & 1 << node != 0
     }

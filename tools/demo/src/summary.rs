@@ -57,7 +57,7 @@ pub struct Summary {
     pub cut_at_seconds: Option<f64>,
     /// Second at which the active one of two masters lost its power, `null` without that.
     pub master_lost_at_seconds: Option<f64>,
-    /// From its last heartbeat to the first message of the board that took over; `null` without a takeover.
+    /// Time from its last heartbeat to the first message of the board that took over. `null` without a takeover.
     pub takeover_ms: Option<f64>,
     /// Source of the stamps of the relevant frames: `capture` if all were measured by hardware, `interrupt` if none
     /// was, otherwise `mixed`; `unknown` if there was no such frame.

@@ -27,9 +27,10 @@ pub struct Track {
     pub tc_due: u64,
     /// Number of resets of the node commanded by the master.
     pub resets_due: u64,
-    /// From the cut until it worked on the other bus, see [`Change::Recovered`]. `None` also where the active master was lost before.
+    /// Time from the cut until it worked on the other bus, see [`Change::Recovered`]. `None` also where the active
+    /// master was lost before.
     pub failover: Option<Time>,
-    /// From the loss of the active master until it worked for the other one.
+    /// Time from the loss of the active master until it worked for the other one.
     pub takeover: Option<Time>,
     pub(super) liveness: Liveness,
     pub(super) master_heard: Option<Time>,

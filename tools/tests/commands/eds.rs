@@ -134,8 +134,8 @@ fn section<'a>(text: &'a str, name: &str) -> Option<&'a str> {
     Some(rest.split("\n[").next().unwrap())
 }
 
-/// By the standard's Tables 9-3 to 9-6, 9-8 and 9-12, not by the code: parameters and mapping of four PDOs each way, that cannot be
-/// written and have no inhibit time (sub 3) and no event timer (sub 5); no NMT start-up, no SDO.
+/// From the standard's Tables 9-3 to 9-6, 9-8 and 9-12, not from the code: parameters and mapping of four PDOs each
+/// way, that cannot be written and have no inhibit time (sub 3) and no event timer (sub 5); no NMT start-up, no SDO.
 ///
 /// Verifies: ECSS 9.4.1d
 /// Verifies: ECSS 9.4.4b

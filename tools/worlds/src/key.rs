@@ -26,7 +26,7 @@ impl NodeKey {
         NodeKey { node, is_second: true }
     }
 
-    /// Whether it is the second board with its Node-ID.
+    /// Returns whether it is the second board with its Node-ID.
     pub const fn is_second(self) -> bool {
         self.is_second
     }

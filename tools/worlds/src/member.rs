@@ -48,7 +48,7 @@ pub trait Member: Node + Sized {
         None
     }
 
-    /// Whether it is a master that manages the network now.
+    /// Returns whether it is a master that manages the network now.
     fn is_active_master(&self) -> bool {
         false
     }

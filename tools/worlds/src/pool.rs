@@ -55,7 +55,7 @@ impl Pool {
     /// Polls all tasks until none can continue now.
     ///
     /// # Panics
-    /// When they wake each other without end.
+    /// When they keep waking each other.
     pub fn run_until_stalled(&mut self) {
         if !self.alarm.take() {
             return;

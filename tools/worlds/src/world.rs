@@ -296,7 +296,7 @@ impl World {
         self.power_on(node);
     }
 
-    /// Whether a node has power.
+    /// Returns whether a node has power.
     pub fn is_powered(&self, node: impl Into<NodeKey>) -> bool {
         self.unit(node).is_powered()
     }
@@ -452,7 +452,7 @@ impl World {
         self.units.iter().map(|unit| unit.key.node()).filter(|id| *id != NodeId::MASTER).collect()
     }
 
-    /// Whether one master is active, and every slave Operational on its bus.
+    /// Returns whether one master is active, and every slave Operational on its bus.
     pub fn all_operational(&self) -> bool {
         let [master] = self.active_masters()[..] else { return false };
         let bus = Some(self.status(master).active);

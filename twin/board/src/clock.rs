@@ -30,7 +30,7 @@ struct Stretch {
     denominator: u64,
 }
 
-/// End of a stretch that lasts for ever.
+/// End of a stretch without end.
 const NEVER: Now = Now { cycle: u64::MAX, time: Time::NEVER };
 
 impl Stretch {

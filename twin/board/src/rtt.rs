@@ -66,7 +66,7 @@ pub struct Rtt {
 }
 
 impl Rtt {
-    /// For a board that runs `image`.
+    /// Makes a reader for a board that runs `image`.
     pub fn new(image: &Image) -> Self {
         // A log that cannot be decoded is not read.
         let control_block = image.symbol("_SEGGER_RTT").filter(|_| image.log_table().is_ok());
@@ -165,7 +165,7 @@ impl Rtt {
     }
 }
 
-/// Whether the program has made its control block since power-on.
+/// Returns whether the program has made its control block since power-on.
 fn is_set_up(memory: &Memory, block: u32) -> bool {
     let mut magic = [0; MAGIC.len()];
     memory.copy_out(block, &mut magic).is_ok() && magic == *MAGIC

@@ -69,7 +69,7 @@ pub struct Step {
     pub asleep: bool,
 }
 
-/// Reason for which the core does not go on.
+/// Reason for which the core does not continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// A debugger is attached and the next instruction is BKPT, which has not run.
@@ -106,7 +106,8 @@ pub struct Run {
     pub steps: u64,
     /// The core sleeps.
     pub asleep: bool,
-    /// Reason for which the core does not go on. `None`: the budget is used, the core sleeps, or the bus asked for a pause.
+    /// Reason for which the core does not continue. `None`: the budget is used, the core sleeps, or the bus asked for a
+    /// pause.
     pub stop: Option<Stop>,
 }
 
@@ -155,7 +156,7 @@ pub struct Core {
     pub(crate) next: u32,
     /// During a step: its cycles so far.
     pub(crate) spent: u32,
-    /// During an instruction: the first register of a load or store multiple that goes on (B1.5.10), 0 for its beginning.
+    /// During an instruction: the first register of a continued load or store multiple (B1.5.10), 0 for its beginning.
     pub(crate) resume: u8,
     pub(crate) raised: Option<Trap>,
     cache: Cache,
@@ -253,7 +254,7 @@ impl Core {
     /// Runs one instruction, exception entry, reset sequence, or cycle of sleep.
     ///
     /// # Errors
-    /// [`Stop`] if the core does not go on.
+    /// [`Stop`] if the core does not continue.
     #[inline]
     pub fn step<B: Bus>(&mut self, bus: &mut B) -> Result<Step, Stop> {
         bus.begin(self.cycle);

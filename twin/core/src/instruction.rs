@@ -333,7 +333,7 @@ pub enum Instruction {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InBlock {
     Anywhere,
-    /// At its end alone, because it branches.
+    /// Only at its end, because it branches.
     Last,
     Never,
 }
@@ -365,7 +365,8 @@ impl Instruction {
         }
     }
 
-    /// The same instruction without effect on the flags, as the 16-bit encodings of data processing are in an IT block.
+    /// Returns the same instruction without effect on the flags, as the 16-bit encodings of data processing are in an
+    /// IT block.
     pub fn without_flags(mut self) -> Self {
         match &mut self {
             Instruction::AluImmediate { s, .. }

@@ -73,7 +73,7 @@ const ID_VALUES: [u32; 13] = [
 const MVFR0_VALUE: u32 = 0x1011_0021;
 const MVFR1_VALUE: u32 = 0x1100_0011;
 const AIRCR_KEY: u32 = 0x05FA;
-/// For a halted core alone.
+/// Only for a halted core.
 const VECTRESET: u32 = 1;
 const VECTCLRACTIVE: u32 = 1 << 1;
 const SYSRESETREQ: u32 = 1 << 2;

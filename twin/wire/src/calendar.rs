@@ -2,7 +2,7 @@
 
 use crate::fine::Fine;
 
-/// One instant for each member, and the earliest of all.
+/// One instant per member, and the earliest of all.
 #[derive(Clone, Debug)]
 pub(crate) struct Earliest {
     pub(crate) at: Vec<Fine>,

@@ -165,7 +165,7 @@ impl fmt::Debug for Encoded {
     }
 }
 
-/// One bit through CRC-15/CAN (ISO 11898-1, 10.4.2.6).
+/// Updates the CRC-15/CAN by one bit (ISO 11898-1, 10.4.2.6).
 pub(crate) const fn crc_step(crc: u16, bit: bool) -> u16 {
     let shifted = crc << 1 & 0x7FFF;
     if bit != (crc & 0x4000 != 0) { shifted ^ CRC_POLYNOMIAL } else { shifted }

@@ -28,7 +28,7 @@ impl Nodes {
     /// Makes a set of these nodes.
     ///
     /// # Panics
-    /// When an index exceeds 127: no wire has so many nodes.
+    /// When an index exceeds 127, the largest number of nodes of a wire.
     pub fn of(nodes: &[NodeIndex]) -> Self {
         Nodes(nodes.iter().fold(0, |mask, &node| {
             assert!(node < 128, "a wire has at most 128 nodes, there is no node {node}");

@@ -18,17 +18,17 @@ impl Time {
     /// Later than everything.
     pub const NEVER: Time = Time(u64::MAX);
 
-    /// From whole microseconds.
+    /// Makes a time from whole microseconds.
     pub const fn from_us(us: u64) -> Self {
         Time(us * TICKS_PER_US)
     }
 
-    /// From whole milliseconds.
+    /// Makes a time from whole milliseconds.
     pub const fn from_ms(ms: u64) -> Self {
         Time::from_us(ms * 1000)
     }
 
-    /// From nanoseconds, rounded to the nearest tick.
+    /// Makes a time from nanoseconds, rounded to the nearest tick.
     pub const fn from_ns(ns: u64) -> Self {
         Time((ns * TICKS_PER_US + 500) / 1000)
     }

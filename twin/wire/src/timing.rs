@@ -17,7 +17,7 @@ impl Quantum {
         Quantum(Fine::from_ratio(ticks, per))
     }
 
-    /// This quantum by an oscillator that runs `ppb` parts per billion fast.
+    /// Returns this quantum with an oscillator that runs `ppb` parts per billion fast.
     #[must_use]
     pub fn fast_by(self, ppb: i32) -> Self {
         let scale = i128::from(1_000_000_000 + i64::from(ppb));
@@ -58,7 +58,7 @@ impl BitTiming {
         BitTiming { quantum, segment1, segment2, jump_width }
     }
 
-    /// The same settings by an oscillator that runs `ppb` parts per billion fast.
+    /// Returns the same settings with an oscillator that runs `ppb` parts per billion fast.
     #[must_use]
     pub fn fast_by(self, ppb: i32) -> Self {
         BitTiming { quantum: self.quantum.fast_by(ppb), ..self }

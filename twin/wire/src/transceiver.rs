@@ -5,14 +5,15 @@ use crate::fine::Fine;
 /// Delays of one transceiver with its isolation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Transceiver {
-    /// From the controller's output to the line, nanoseconds.
+    /// Delay from the controller's output to the line, nanoseconds.
     pub driver_ns: u32,
-    /// From the line to the controller's input, nanoseconds.
+    /// Delay from the line to the controller's input, nanoseconds.
     pub receiver_ns: u32,
 }
 
 impl Transceiver {
-    /// One whose loop, out and in together, takes `loop_ns` nanoseconds: half of it each way, the odd one in the receiver.
+    /// Makes a transceiver with a loop delay, out and in together, of `loop_ns` nanoseconds: half in each direction, an
+    /// odd one in the receiver.
     pub const fn with_loop(loop_ns: u32) -> Transceiver {
         let driver_ns = loop_ns / 2;
         Transceiver { driver_ns, receiver_ns: loop_ns - driver_ns }

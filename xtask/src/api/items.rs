@@ -1,10 +1,10 @@
-//! The public items of a crate, by the module in which they count.
+//! The public items of a crate, by the module in which they are counted.
 
 use std::collections::BTreeMap;
 
 use rustdoc_types::{Crate, Id, Item, ItemEnum, StructKind, VariantKind};
 
-/// Module with names that are at home elsewhere.
+/// Module that re-exports names of other modules.
 const PRELUDE: &str = "prelude";
 
 /// A public module.
@@ -29,7 +29,7 @@ impl Module {
     }
 }
 
-/// Public modules of a crate in alphabetic order, its root first. Each item counts in one of them.
+/// Returns the public modules of a crate in alphabetic order, its root first. Each item is counted in one of them.
 pub fn modules(krate: &Crate) -> Vec<Module> {
     let mut walk = Walk { krate, modules: Vec::new(), places: BTreeMap::new() };
     if let Some(root) = krate.index.get(&krate.root) {
@@ -98,7 +98,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Returns whether an item is of the crate of the derive macros, which users reach by a re-export alone.
+    /// Returns whether an item is of the crate of the derive macros, which users access only by a re-export.
     fn is_of_derive(&self, id: Id) -> bool {
         let summary = self.krate.paths.get(&id);
         let krate = summary.and_then(|summary| self.krate.external_crates.get(&summary.crate_id));
@@ -110,7 +110,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Number of public fields, variants, methods, and associated types and constants of an item.
+/// Returns the number of public fields, variants, methods, and associated types and constants of an item.
 fn members(krate: &Crate, item: &Item) -> usize {
     let fields = |kind: &StructKind| match kind {
         StructKind::Unit => 0,
@@ -135,7 +135,7 @@ fn members(krate: &Crate, item: &Item) -> usize {
     }
 }
 
-/// Number of public items in the inherent ones of these implementations.
+/// Returns the number of public items in the inherent ones of these implementations.
 fn inherent(krate: &Crate, impls: &[Id]) -> usize {
     let of_each = impls.iter().filter_map(|id| match &krate.index.get(id)?.inner {
         ItemEnum::Impl(block) if block.trait_.is_none() => {
@@ -146,7 +146,7 @@ fn inherent(krate: &Crate, impls: &[Id]) -> usize {
     of_each.sum()
 }
 
-/// The first sentence of a documentation in one line, without links.
+/// Returns the first sentence of a documentation in one line, without links.
 fn first_sentence(docs: &str) -> String {
     let paragraph =
         docs.split("\n\n").next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");

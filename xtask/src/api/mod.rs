@@ -19,7 +19,7 @@ use serde::Deserialize;
 
 use items::modules;
 
-/// The page that it writes, from the root of the repository.
+/// Path of the generated page from the root of the repository.
 const PAGE: &str = "docs/api.md";
 /// Packages on the page, in its order.
 const PACKAGES: [&str; 2] = ["async-canopen", "ecss-can"];
@@ -35,8 +35,8 @@ pub struct Options {
 /// Writes the page, or compares it. Prints the numbers of items.
 ///
 /// # Errors
-/// rustdoc fails, or writes a format that is not the pinned one; a page that cannot be written; with `--check` a page that
-/// is not up to date.
+/// When rustdoc fails or writes another format than the pinned one, when the page cannot be written, or with `--check`
+/// when it is not up to date.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     let mut crates = Vec::new();
     for package in PACKAGES {
@@ -58,7 +58,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The first pair of lines that differ. A missing line is empty.
+/// Returns the first pair of lines that differ. A missing line is empty.
 fn first_difference<'a>(found: &'a str, now: &'a str) -> Option<(&'a str, &'a str)> {
     let (mut found, mut now) = (found.split('\n'), now.split('\n'));
     loop {
@@ -76,8 +76,8 @@ struct Version {
     format_version: u32,
 }
 
-/// What rustdoc writes of the library of a package, with all features. It has a target directory of its own: build scripts
-/// depend on `RUSTC_BOOTSTRAP`, and others would be compiled again.
+/// Returns the output of rustdoc for the library of a package, with all features. It uses a separate target directory,
+/// because build scripts depend on `RUSTC_BOOTSTRAP`, and other builds would be repeated.
 fn document(package: &str) -> anyhow::Result<Crate> {
     let target = project::target("api");
     let mut cargo = firmware_images::host_cargo();

@@ -24,13 +24,13 @@ Items of modules named `extend` and `machine` are counted apart. `extend` has pa
 
 ";
 
-/// Numbers of items of both kinds, in a line.
+/// Returns the numbers of items of both kinds in a line.
 pub fn summary(packages: &[Package]) -> String {
     let (users, extensions) = totals(packages.iter().flat_map(|(_, modules)| modules));
     format!("{users} public items for users, {extensions} for extensions")
 }
 
-/// The whole page.
+/// Returns the complete page.
 pub fn write(packages: &[Package]) -> String {
     let (users, extensions) = totals(packages.iter().flat_map(|(_, modules)| modules));
     let mut page = HEAD.to_owned();
@@ -67,7 +67,7 @@ fn table(page: &mut String, title: &str, modules: &[&Module]) {
     }
 }
 
-/// Numbers of items for users and of items for extensions.
+/// Returns the numbers of items for users and of items for extensions.
 fn totals<'a>(modules: impl IntoIterator<Item = &'a Module>) -> (usize, usize) {
     modules.into_iter().fold((0, 0), |(users, extensions), module| match module.is_extension() {
         true => (users, extensions + module.items),

@@ -8,10 +8,10 @@ use cargo_metadata::Message;
 use cargo_metadata::camino::Utf8PathBuf;
 use firmware_images::support::project;
 
-/// Where its programs are built: apart from all else, so that no flags of others reach them.
+/// Target directory of its programs, separate so that they use no flags of other builds.
 const TARGET_DIR: &str = "target/bench/build";
 
-/// Builds the program that these arguments of cargo choose, in a profile; returns its path.
+/// Builds the program that these arguments of cargo select, in a profile, and returns its path.
 ///
 /// # Errors
 /// When it does not compile.
@@ -35,13 +35,13 @@ pub fn build(what: &[&str], profile: &str) -> anyhow::Result<PathBuf> {
         .with_context(|| format!("{what}: cargo names no program"))
 }
 
-/// How many instructions a program takes from its start to its end.
+/// Counts the instructions of a program from its start to its end.
 ///
 /// # Errors
 /// When it fails, or valgrind does.
 pub fn count(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
     let mut valgrind = Command::new("valgrind");
-    // Totals are all that is asked for.
+    // Only totals are needed.
     valgrind.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]).arg(program).args(arguments);
     let output = valgrind.output().context("cannot run valgrind")?;
     let told = String::from_utf8_lossy(&output.stderr);
@@ -49,7 +49,7 @@ pub fn count(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
     total(&told).with_context(|| format!("valgrind has not told how many instructions: {told}"))
 }
 
-/// From the line `==123== Collected : 456`.
+/// Returns the total from the line `==123== Collected : 456`.
 fn total(told: &str) -> Option<u64> {
     let line = told.lines().find(|line| line.contains("Collected :"))?;
     line.split(':').next_back()?.trim().parse().ok()

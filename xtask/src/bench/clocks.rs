@@ -1,8 +1,9 @@
 //! A master and three slaves whose clocks are compared by their pulses.
 //!
-//! The spacecraft is that of the requirement: slaves at 1, 10 and 20 m from the master, crystals of up to ±50 ppm that drift by
-//! 0.1 ppm/s, at the master and at two slaves in opposite directions, with noise; transceivers of 150 ns, each ±20 ns off, half
-//! of it in the driver and half in the receiver. A guest configures the boards by SDO, as a user would.
+//! The spacecraft is that of the requirement: slaves at 1, 10 and 20 m from the master, crystals of up to ±50 ppm that
+//! drift by 0.1 ppm/s, at the master and at two slaves in opposite directions, with noise; transceivers of 150 ns with
+//! errors of ±20 ns, half in the driver and half in the receiver. A guest configures the boards by SDO, as a user
+//! would.
 
 use std::sync::LazyLock;
 
@@ -33,22 +34,23 @@ const BOARDS: [(u8, f64, f64, f64); 4] =
 const WHITE_PPB: f64 = 1.0;
 const WALK_PPB: f64 = 2.0;
 
-/// Out and in together, ns, and by how much each may be off.
+/// Delay of a transceiver, out and in together, ns. The error of each follows.
 const TRANSCEIVER_NS: u32 = 150;
 const TRANSCEIVER_SPREAD_NS: u32 = 20;
 const CABLE_NS_PER_M: f64 = 5.0;
-/// The user's lengths are too long by so much.
+/// Relative error of the user's lengths, which are too long.
 const LENGTH_ERROR: f64 = 0.1;
 
-/// The largest constant that a correction may leave, ns: of the farthest slave's length, and of half a loop at either end.
+/// Returns the largest constant error that a correction may leave, ns: of the farthest slave's length, and of half a
+/// loop at either end.
 pub fn most_left_ns() -> f64 {
     let farthest = BOARDS.iter().map(|key| key.1).fold(0.0, f64::max);
     LENGTH_ERROR * CABLE_NS_PER_M * farthest + f64::from(TRANSCEIVER_SPREAD_NS)
 }
 
-/// Where boards make their pulses.
+/// Pin of the pulses.
 static PULSE: LazyLock<Pin> = LazyLock::new(|| FLOWN.model().pins.pulse.expect("the board makes pulses"));
-/// Of the spacecraft time.
+/// Period of pulses in spacecraft time.
 pub const PULSE_PERIOD: Time = Time::from_ms(10);
 
 /// Objects of the boards.
@@ -59,30 +61,30 @@ const BOUND: Address = Address::new(0x2015, 1);
 const STEPS: Address = Address::new(0x2015, 5);
 const PULSES_PER_SECOND: Address = Address::new(0x6310, 0);
 
-/// The spacecraft time goes out after every SYNC: TPDO 1 of the master, invalid while its type is changed.
+/// Writes that make the master send the spacecraft time after each SYNC: TPDO 1, invalid while its type is changed.
 const EVERY_SYNC: [(Address, u32, u8); 3] = [
     (Address::new(0x1800, 1), 0xC000_0181, 4),
     (Address::new(0x1800, 2), 1, 1),
     (Address::new(0x1800, 1), 0x4000_0181, 4),
 ];
 
-/// All are operational.
+/// Time at which all nodes are operational.
 const UP: Time = Time::from_ms(700);
-/// Configured; traffic begins.
+/// Time at which all nodes are configured and traffic starts.
 const CONFIGURED: Time = Time::from_ms(1_000);
-/// How long an answer to a client may take.
+/// Longest time until an answer to a client.
 const PATIENCE: Time = Time::from_ms(300);
 
-/// What is varied.
+/// Parameters of a flight.
 #[derive(Clone, Copy, Debug)]
 pub struct Scenario {
-    /// Of SYNC and the spacecraft time.
+    /// Period of SYNC and of the spacecraft time.
     pub sync: Time,
     /// Share of the time for which foreign frames keep the nominal bus busy.
     pub load: f64,
-    /// Boards with the jumper wires to the capture inputs.
+    /// Boards that have the jumper wires to the capture inputs.
     pub wires: Wires,
-    /// Delays are configured.
+    /// Whether delays are configured.
     pub corrected: bool,
     /// Crystals of the boards.
     pub crystals: Crystals,
@@ -91,9 +93,9 @@ pub struct Scenario {
 /// Boards with the jumper wires to the capture inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wires {
-    /// Every board.
+    /// All boards.
     All,
-    /// Slaves alone.
+    /// Only slaves.
     Slaves,
     /// No board.
     None,
@@ -109,24 +111,24 @@ impl Wires {
     }
 }
 
-/// What the crystals of the boards do.
+/// Behaviour of the boards' crystals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crystals {
     /// Those of the requirement.
     Required,
     /// Those of the requirement, which drift until then and keep their frequency afterwards.
     Settling(Time),
-    /// They do not drift, but those of the slaves change by 2 ppm within 10 s.
+    /// They do not drift, except that those of the slaves change by 2 ppm within 10 s.
     Ramp,
     /// That of the master is 100 ppm fast, those of the slaves are 100 ppm slow. They drift by 0.02 ppm/s.
     Far,
 }
 
-/// When the temperature of slaves changes.
+/// Times at which the temperature of slaves changes.
 const RAMP: Ramp = Ramp { from: Time::from_ms(32_300), to: Time::from_ms(42_300), ppm: 2.0 };
 
 impl Crystals {
-    /// The crystal of a node, without noise.
+    /// Returns the crystal of a node, without noise.
     fn of(self, node: u8, ppm: f64, drift_ppm_per_s: f64) -> Crystal {
         match self {
             Crystals::Required => Crystal { drift_ppm_per_s, ..Crystal::ppm(ppm) },
@@ -152,10 +154,10 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// Flies until everything is configured.
+    /// Flies until all nodes are configured.
     ///
     /// # Errors
-    /// When there is no image, or a board does not do as told.
+    /// When there is no image, or a board refuses its configuration.
     pub fn new(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Flight> {
         let (master, slave) = (fleet::image(&images.master)?, fleet::image(&images.slave)?);
         let mut random = fastrand::Rng::with_seed(seed);
@@ -214,19 +216,19 @@ impl Flight {
         })
     }
 
-    /// The master sends SYNC and the spacecraft time every `period` from now on; zero: never.
+    /// Lets the master send SYNC and the spacecraft time every `period` from now on, or never if it is zero.
     ///
     /// # Errors
-    /// When it does not take that.
+    /// When it refuses the period.
     pub fn set_sync(&mut self, period: Time) -> anyhow::Result<()> {
         self.write(1, SYNC_PERIOD, period.as_us() as u32, 4)
     }
 
-    /// Lets all boards make a pulse every [`PULSE_PERIOD`] of their clocks, from the next second of these on. Until then they make
-    /// one each second, and fly faster.
+    /// Lets all boards make a pulse every [`PULSE_PERIOD`] of their clocks, from their next second on. Until then they
+    /// make one per second, which simulates faster.
     ///
     /// # Errors
-    /// When one does not take that.
+    /// When a board refuses that.
     pub fn begin_pulses(&mut self) -> anyhow::Result<()> {
         let count = (1_000_000 / PULSE_PERIOD.as_us()) as u32;
         BOARDS.iter().try_for_each(|&(node, ..)| self.write(node, PULSES_PER_SECOND, count, 2))
@@ -237,33 +239,33 @@ impl Flight {
         self.trial.spacecraft().wire_mut(Bus::Nominal).cut(0.5);
     }
 
-    /// The clock of each slave against that of the master between two instants.
+    /// Returns the errors of each slave's clock relative to the master between two instants.
     pub fn errors(&self, from: Time, to: Time) -> [Errors; 3] {
         [1, 2, 3].map(|slave| self.trial.errors(BoardId(0), BoardId(slave), PULSE_PERIOD, from, to))
     }
 
-    /// The present of the twin.
+    /// Returns the present time of the twin.
     pub fn now(&mut self) -> Time {
         self.trial.spacecraft().now()
     }
 
-    /// How far stamps of SYNC were off so far.
+    /// Returns the errors of SYNC stamps so far.
     pub fn stamps(&self) -> StampErrors {
         self.stamps.errors()
     }
 
-    /// The bound of its error that each slave reports, ns.
+    /// Returns the error bound that each slave reports, ns.
     ///
     /// # Errors
-    /// When one does not answer.
+    /// When a slave does not answer.
     pub fn bounds(&mut self) -> anyhow::Result<[u32; 3]> {
         self.read_of_slaves(BOUND)
     }
 
-    /// How often the clock of each slave was set.
+    /// Returns how often the clock of each slave was set.
     ///
     /// # Errors
-    /// When one does not answer.
+    /// When a slave does not answer.
     pub fn steps(&mut self) -> anyhow::Result<[u32; 3]> {
         self.read_of_slaves(STEPS)
     }
@@ -272,14 +274,14 @@ impl Flight {
         Ok([self.read(2, address)?, self.read(3, address)?, self.read(4, address)?])
     }
 
-    /// An expedited download of `len` bytes (CiA 301 7.2.4.3.3).
+    /// Makes an expedited download of `len` bytes (CiA 301 7.2.4.3.3).
     fn write(&mut self, node: u8, address: Address, value: u32, len: u8) -> anyhow::Result<()> {
         let response = self.ask(node, address, 0x23 | (4 - len) << 2, value)?;
         ensure!(response[0] == 0x60, "node {node} refuses {value} in {address:?}: {response:X?}");
         Ok(())
     }
 
-    /// An expedited upload (CiA 301 7.2.4.3.5).
+    /// Makes an expedited upload (CiA 301 7.2.4.3.5).
     fn read(&mut self, node: u8, address: Address) -> anyhow::Result<u32> {
         let [command, _, _, _, a, b, c, d] = self.ask(node, address, 0x40, 0)?;
         ensure!(command & 0xE3 == 0x43, "node {node} does not give {address:?}: command {command:02X}h");

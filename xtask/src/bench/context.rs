@@ -1,4 +1,4 @@
-//! What areas share: images, and flights that more than one of them looks at.
+//! Shared data of areas: images, and flights that several areas use.
 
 use std::cell::{OnceCell, RefCell};
 use std::ops::ControlFlow;
@@ -16,10 +16,10 @@ use demo::plan::Plan;
 use firmware_images::support::board::{Board, Profile};
 use firmware_images::support::fleet;
 
-/// The board that flies on the twin.
+/// The board on the twin.
 pub static FLOWN: LazyLock<Board> = LazyLock::new(|| Board::shipped(Board::DEFAULT));
 
-/// The board of a node with this image: straps of the node, a perfect crystal, at 0 m, powered from the start.
+/// Returns the board of a node with this image: straps of the node, a perfect crystal, at 0 m, powered from the start.
 pub fn board(node: u8, image: &Arc<Image>) -> BoardConfig {
     BoardConfig {
         name: format!("node {node}"),
@@ -33,7 +33,7 @@ pub fn board(node: u8, image: &Arc<Image>) -> BoardConfig {
     }
 }
 
-/// Handed to every area.
+/// Context of all areas.
 #[derive(Default)]
 pub struct Context {
     images: RefCell<Vec<(Board, Profile, Images)>>,
@@ -41,7 +41,7 @@ pub struct Context {
 }
 
 impl Context {
-    /// Master and slave image, built once.
+    /// Returns master and slave image, which are built once.
     ///
     /// # Errors
     /// When they cannot be built.
@@ -55,7 +55,7 @@ impl Context {
         Ok(images)
     }
 
-    /// The flight of `cargo demo` without options.
+    /// Returns the flight of `cargo demo` without options.
     ///
     /// # Errors
     /// When it cannot be flown.
@@ -67,7 +67,7 @@ impl Context {
         Ok(self.demo.get_or_init(|| flight))
     }
 
-    /// Flies a plan with shipped images. Boards with one controller have an image of their own and are not among them.
+    /// Flies a plan with shipped images. Boards with one controller have a separate image and are not supported.
     ///
     /// # Errors
     /// When the images cannot be built or flown.
@@ -84,7 +84,7 @@ impl Context {
     }
 }
 
-/// A time in milliseconds.
+/// Converts a time to milliseconds.
 pub fn milliseconds(time: Time) -> f64 {
     time.as_secs_f64() * 1e3
 }

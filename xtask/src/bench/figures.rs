@@ -1,18 +1,19 @@
-//! Figures in sentences of the pages that strangers read first, made of what is stored.
+//! Figures in sentences of the pages that new readers read first, made from stored values.
 //!
-//! A figure stands between two markers that readers do not see, and `cargo xtask bench --store` writes it:
+//! A figure is between two invisible markers, and `cargo xtask bench --store` writes it:
 //!
 //! ```text
 //! <!--=size.pyboard-v11.slave.flash:KiB.1-->84.6<!--.-->
 //! ```
 //!
-//! The first marker has the name of the figure, and behind a colon the unit and the number of decimals, where these are not the
-//! stored ones. The name is that of
+//! The first marker has the name of the figure, and after a colon the unit and the number of decimals, if these are not
+//! the stored ones. The name is that of
 //!
 //! * a row of `stored.json`,
 //! * a number of the tables of requirements: `requirements.software`,
 //! * a search of `tests/search/states.txt`: `states.2.3`, with two masters and three faults,
-//! * or an entry of `results.json`: what a longer run found, or what a test holds. People write these, after the run.
+//! * or an entry of `results.json`: the result of a longer run, or a value in a test. These are written manually after
+//!   the run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -26,7 +27,7 @@ use super::table::grouped;
 use crate::compliance;
 use firmware_images::support::project;
 
-/// The pages with such figures. On these, no other number may have a unit.
+/// The pages with such figures. No other number on them may have a unit.
 const PAGES: [&str; 6] = [
     "README.md",
     "SECURITY.md",
@@ -40,7 +41,7 @@ const START: &str = "<!--=";
 const START_ENDS: &str = "-->";
 const END: &str = "<!--.-->";
 
-/// Clock of the boards, MHz: what makes microseconds of cycles.
+/// Clock of the boards, MHz, which converts cycles to microseconds.
 const CLOCK_MHZ: f64 = 168.0;
 
 /// An entry of `results.json`.
@@ -58,14 +59,14 @@ struct Entry {
 /// A value with its unit.
 type Figure = (f64, String);
 
-/// All figures by their names.
+/// All figures by name.
 #[derive(Clone, Debug, Default)]
 pub struct Figures {
     all: BTreeMap<String, Figure>,
 }
 
 impl Figures {
-    /// Reads what is stored beside the rows.
+    /// Reads the stored values in addition to the rows.
     ///
     /// # Errors
     /// When a file cannot be read.
@@ -86,7 +87,7 @@ impl Figures {
         Ok(Figures { all })
     }
 
-    /// The text of a figure: `size.pyboard-v11.slave.flash:KiB.1` is `84.6`.
+    /// Returns the text of a figure: `size.pyboard-v11.slave.flash:KiB.1` is `84.6`.
     fn text(&self, marker: &str) -> anyhow::Result<String> {
         let (name, form) = marker.split_once(':').map_or((marker, None), |(name, form)| (name, Some(form)));
         let (value, unit) = self.all.get(name).with_context(|| format!("there is no figure '{name}'"))?;
@@ -102,7 +103,7 @@ impl Figures {
     }
 }
 
-/// How many of a unit are one of another.
+/// Returns the factor from one unit to another.
 fn scale(of: &str, wanted: &str) -> Option<f64> {
     Some(match (of, wanted) {
         _ if of == wanted => 1.0,
@@ -125,7 +126,7 @@ fn results(text: &str) -> anyhow::Result<BTreeMap<String, Entry>> {
     Ok(all)
 }
 
-/// The lines of a file of searches: masters, faults, states.
+/// Returns the lines of a file of searches: masters, faults, states.
 fn searches(text: &str) -> anyhow::Result<Vec<(String, Figure)>> {
     let search = |line: &str| match line.split(' ').collect::<Vec<_>>()[..] {
         [masters, faults, states] => {
@@ -136,7 +137,7 @@ fn searches(text: &str) -> anyhow::Result<Vec<(String, Figure)>> {
     text.lines().map(search).collect()
 }
 
-/// The page with all of its figures as they are stored.
+/// Returns the page with the stored values of all its figures.
 fn with_figures(page: &str, figures: &Figures) -> anyhow::Result<String> {
     let (mut text, mut rest) = (String::new(), page);
     while let Some((before, marked)) = rest.split_once(START) {
@@ -165,7 +166,7 @@ mod tests {
     use super::*;
     use crate::bench::stored;
 
-    /// Units of measured values. Whatever has one is a figure.
+    /// Units of measured values. A number with one of them is a figure.
     const UNITS: [&str; 21] = [
         "B",
         "bytes",
@@ -209,7 +210,7 @@ mod tests {
         Figures { all: all.map(|(name, figure)| (name.to_owned(), figure)).into() }
     }
 
-    /// Numbers with a unit that stand outside of figures and code. The words of a figure begin with its marker.
+    /// Returns numbers with a unit outside figures and code. The words of a figure start with its marker.
     fn loose(page: &str) -> Vec<String> {
         let is_number = |word: &str| {
             word.starts_with(|letter: char| letter.is_ascii_digit())
@@ -274,7 +275,8 @@ mod tests {
         assert_eq!(loose(page), ["15.0 KiB", "20 ms"]);
     }
 
-    /// Given the pages and what the repository stores. Then each figure is the stored one, and no other number has a unit.
+    /// Given the pages and the stored values of the repository, then each figure is the stored one, and no other number
+    /// has a unit.
     #[test]
     fn pages_have_the_stored_figures() {
         let figures = repository();

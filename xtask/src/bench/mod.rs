@@ -1,4 +1,4 @@
-//! `cargo xtask bench` and `cargo xtask sizes`: figures that a change must not make worse unseen.
+//! `cargo xtask bench` and `cargo xtask sizes`: figures whose degradation by a change must be noticed.
 //!
 //! Figures are counts and virtual times of the twin, sizes, and instructions: the same code and compilers give the same
 //! figures on every computer of a kind. Rows made of wall-clock times say so (`noisy`); only a ratio of two that ran in turns has a target.
@@ -68,7 +68,7 @@ pub struct SizesOptions {
     output: Output,
 }
 
-/// Where the figures go, and what they are compared with.
+/// Destination of the figures, and their comparison.
 #[derive(Args, Debug)]
 struct Output {
     /// Exit with 1 when a row is more than 3 % off its stored value, one of size, instructions or rx is more than 3 % worse than its
@@ -87,7 +87,7 @@ struct Output {
 }
 
 impl Output {
-    /// Where the rows go.
+    /// Returns the file of the rows.
     fn out(&self) -> PathBuf {
         self.out.clone().unwrap_or_else(|| project::target("bench/summary.json"))
     }
@@ -109,7 +109,7 @@ fn areas_help() -> String {
 pub fn run(options: &Options) -> anyhow::Result<()> {
     let wanted = |area: &&Area| options.only.is_empty() || options.only.iter().any(|name| name == area.name);
     let areas: Vec<_> = ALL.iter().filter(wanted).collect();
-    // Before the first measurement: a long run must not end at a program that is missing.
+    // Checked before the first measurement, so that a long run does not fail at a missing program.
     let needs: Vec<Need> = areas.iter().flat_map(|area| area.needs).copied().collect();
     provide(&needs, options.install, "cargo xtask bench --install")?;
     let context = Context::default();
@@ -117,7 +117,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     judge(&measured, &options.output)
 }
 
-/// The area `size` alone, then the biggest symbols.
+/// Measures only the area `size`, then lists the largest symbols.
 ///
 /// # Errors
 /// As [`run`].
@@ -131,7 +131,7 @@ pub fn sizes(options: &SizesOptions) -> anyhow::Result<()> {
     judge(&measured, &options.output)
 }
 
-/// What a run measured.
+/// Measurements of a run.
 struct Measured {
     /// Rows of each area.
     areas: Vec<(String, Vec<Row>)>,
@@ -147,7 +147,7 @@ fn measure(
     output: &Output,
 ) -> anyhow::Result<Measured> {
     let out = output.out();
-    // A long run must not end at a file that cannot be written.
+    // A long run must not fail at a file that cannot be written.
     check_writable(command, &out)?;
     let mut measured = Measured { areas: Vec::new(), compiler: compiler(context)? };
     for area in areas {
@@ -163,7 +163,7 @@ fn measure(
     Ok(measured)
 }
 
-/// Makes the folder of the summary, and sure that the summary can be written.
+/// Makes the folder of the summary, and checks that the summary can be written.
 fn check_writable(command: &'static str, path: &Path) -> anyhow::Result<()> {
     let refuse = |cause: &dyn std::fmt::Display| {
         let value = path.display();
@@ -214,7 +214,7 @@ fn judge(Measured { areas, compiler }: &Measured, output: &Output) -> anyhow::Re
     Ok(())
 }
 
-/// The commit that is checked out; a word where git does not know it.
+/// Returns the checked-out commit, or a word if git does not know it.
 fn commit() -> String {
     let arguments = ["rev-parse", "--short=8", "HEAD"];
     let output = Command::new("git").args(arguments).current_dir(project::path("")).output();

@@ -1,14 +1,14 @@
-//! The tables of `docs/performance.md` and `docs/performance-details.md`, made of the stored rows.
+//! The tables of `docs/performance.md` and `docs/performance-details.md`, made from the stored rows.
 //!
-//! The pages have sections, and `cargo xtask bench --store` writes what is between their markers:
+//! The pages have sections, and `cargo xtask bench --store` writes the text between their markers:
 //!
 //! ```text
 //! <!-- rows: size.*.*.ram size.canopen_only -->
 //! <!-- end of rows -->
 //! ```
 //!
-//! A pattern is the name of a row, in which `*` stands for any letters but a dot. Rows are in the order of the patterns, then of
-//! their names.
+//! A pattern is the name of a row, in which `*` matches any letters except a dot. Rows are in the order of the
+//! patterns, then of their names.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -67,12 +67,12 @@ fn with_tables(page: &str, stored: &Stored) -> anyhow::Result<String> {
     Ok(text)
 }
 
-/// The patterns of a marker.
+/// Returns the patterns of a marker.
 fn patterns(line: &str) -> Option<&str> {
     line.strip_prefix(START)?.strip_suffix(START_ENDS)
 }
 
-/// A table in Markdown. Without rows it says how to measure them.
+/// Returns a table in Markdown. Without rows it states how to measure them.
 fn table(patterns: &str, stored: &Stored) -> String {
     let of_pattern = |pattern| stored.rows().filter(move |(name, _)| is_match(pattern, name));
     let lines: String =
@@ -83,7 +83,7 @@ fn table(patterns: &str, stored: &Stored) -> String {
     format!("| row | value | target | |\n| --- | --- | --- | --- |\n{lines}")
 }
 
-/// Whether a name is one of a pattern.
+/// Returns whether a name matches a pattern.
 fn is_match(pattern: &str, name: &str) -> bool {
     let Some((before, after)) = pattern.split_once('*') else { return pattern == name };
     name.strip_prefix(before).is_some_and(|name| {
@@ -92,7 +92,7 @@ fn is_match(pattern: &str, name: &str) -> bool {
     })
 }
 
-/// A row of a table.
+/// Returns a row of a table.
 fn line(name: &str, row: &Value) -> String {
     let text = |field: &str| row[field].as_str().unwrap_or_default();
     let value = match &row["value"] {

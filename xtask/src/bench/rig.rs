@@ -1,7 +1,7 @@
-//! One slave with its image on the twin, and on each bus a foreign controller that plays the master.
+//! One slave with its image on the twin, and on each bus a foreign controller that acts as the master.
 //!
-//! On the nominal bus there is one more, for areas that hold a dialogue with the slave. Nothing else sends, so what happens
-//! on the board is what its one slave does with the frames handed to it.
+//! On the nominal bus there is a second one, for areas that communicate with the slave. No other node sends, so all
+//! activity of the board is caused by these frames.
 
 use anyhow::Context as _;
 use can_wire::frame::WireFrame;
@@ -21,19 +21,19 @@ const START_ALL: (u16, &[u8]) = (0x000, &[0x01, 0x00]);
 /// Heartbeat of an operational master (CiA 301 7.2.8.3.2.2).
 pub const MASTER_BEATS: (u16, &[u8]) = (0x701, &[0x05]);
 
-/// From power-on to the end of initialisation, and more.
+/// Upper bound of the time from power-on to the end of initialisation.
 const BOOT: Time = Time::from_ms(50);
 
-/// Where the slave sits, metres from the guests.
+/// Distance of the slave from the guests, metres.
 const SLAVE_AT_M: f64 = 10.0;
 
-/// By when a frame must have been dealt with.
+/// Longest time until a frame is handled.
 const PATIENCE: Time = Time::from_ms(2);
 
 /// Exception number of CAN1_RX0, interrupt 20 (RM0090 table 62).
 const CAN1_RX0: u32 = 16 + 20;
 
-/// Timings of the flash under which an area is measured, and what the names of its rows end in.
+/// Timings of the flash with which an area is measured, and the ends of the names of its rows.
 pub const FLASH_TIMINGS: [(FlashTiming, &str); 3] = [
     (FlashTiming::Ideal, ""),
     (FlashTiming::AsSet, "_accelerated"),
@@ -46,20 +46,20 @@ pub struct Rig {
     pub spacecraft: Spacecraft,
     slave: BoardId,
     masters: [GuestId; 2],
-    /// On the nominal bus.
+    /// Client on the nominal bus.
     pub client: GuestId,
 }
 
 impl Rig {
-    /// Slave `node` with a perfect crystal, started by NMT on the nominal bus.
+    /// Makes a rig with slave `node` with a perfect crystal, started by NMT on the nominal bus.
     ///
     /// # Errors
-    /// When there is no image, or it does not come up.
+    /// When there is no image, or the slave does not start.
     pub fn new(context: &Context, profile: Profile, node: u8) -> anyhow::Result<Rig> {
         Rig::with_flash(context, profile, node, FlashTiming::AsSet)
     }
 
-    /// The same with this timing of its flash.
+    /// Makes a rig with this timing of the slave's flash.
     ///
     /// # Errors
     /// As [`Rig::new`].
@@ -86,7 +86,7 @@ impl Rig {
         Ok(rig)
     }
 
-    /// The master of `bus` sends a frame at `at`, or when all before it is sent.
+    /// Lets the master of `bus` send a frame at `at`, or after all earlier ones.
     pub fn send(&mut self, bus: Bus, at: Time, (id, data): (u16, &[u8])) {
         self.spacecraft.inject(self.masters[bus as usize], at, WireFrame::standard(id, data));
     }
@@ -97,14 +97,14 @@ impl Rig {
     /// When the twin had to stop the board.
     pub fn run_until(&mut self, until: Time) -> anyhow::Result<()> {
         self.spacecraft.run_until(until).context("the twin stopped the board")?;
-        // Nobody reads them, and a long run would pile them up.
+        // They are not used, and would accumulate in a long run.
         self.spacecraft.take_logs();
         self.spacecraft.take_frames();
         Ok(())
     }
 
-    /// Follows the next frame through the board, an instruction at a time. `done` sees the board and the cycles
-    /// awake since it entered the receive interrupt of CAN1, until it returns something.
+    /// Follows the next frame through the board, an instruction at a time. `done` gets the board and the cycles awake
+    /// since the entry of the receive interrupt of CAN1, until it returns a value.
     ///
     /// # Errors
     /// When that takes longer than [`PATIENCE`], and those of `done`.
@@ -148,12 +148,12 @@ impl Rig {
         anyhow::bail!("no call of the function at {entry:08X}h ended within {} us", PATIENCE.as_us())
     }
 
-    /// The slave's board.
+    /// Returns the slave's board.
     pub fn board(&self) -> &EmulatedBoard {
         self.spacecraft.board(self.slave)
     }
 
-    /// What the slave's image counted.
+    /// Returns the counters of the slave's image.
     ///
     /// # Errors
     /// When the image exports no counters.
@@ -161,7 +161,7 @@ impl Rig {
         Diagnostics::read(self.board())
     }
 
-    /// Commands that the slave's application executed.
+    /// Returns the number of commands that the slave's application executed.
     ///
     /// # Errors
     /// When the image counts none.

@@ -1,4 +1,4 @@
-//! One figure of the benchmarks: its name, value, unit and what it should be.
+//! One figure of the benchmarks: its name, value, unit and target.
 
 use serde::Serialize;
 use serde_json::Number;
@@ -6,14 +6,14 @@ use serde_json::Number;
 /// A figure. Its area stands before its name in the summary: `load.frames`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Within its area. It is not written with the row, but is the key of it.
+    /// Name within its area. It is the key of the row and not written with it.
     #[serde(skip)]
     pub name: String,
-    /// What was measured.
+    /// Measured value.
     pub value: Number,
-    /// Of the value and the target.
+    /// Unit of the value and the target.
     pub unit: &'static str,
-    /// Which way is progress.
+    /// Direction of improvement.
     pub better: Better,
     /// The bound that the value must not pass, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -21,7 +21,7 @@ pub struct Row {
     /// Whether the target is met, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holds: Option<bool>,
-    /// Differs from run to run: made of wall-clock times.
+    /// Whether it varies between runs, because it is based on wall-clock times.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub noisy: bool,
 }
@@ -30,25 +30,25 @@ pub struct Row {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Better {
-    /// Small ones.
+    /// Lower values are better.
     Lower,
-    /// Large ones.
+    /// Higher values are better.
     Higher,
 }
 
 impl Row {
-    /// A figure that should be small.
+    /// Makes a figure that should be small.
     pub fn lower(name: impl Into<String>, value: impl Figure, unit: &'static str) -> Row {
         let (name, value, better) = (name.into(), value.number(), Better::Lower);
         Row { name, value, unit, better, target: None, holds: None, noisy: false }
     }
 
-    /// A figure that should be large.
+    /// Makes a figure that should be large.
     pub fn higher(name: impl Into<String>, value: impl Figure, unit: &'static str) -> Row {
         Row { better: Better::Higher, ..Row::lower(name, value, unit) }
     }
 
-    /// With a bound: the value may reach it and not pass it.
+    /// Adds a bound that the value must not pass.
     pub fn within(self, target: impl Figure) -> Row {
         let target = target.number();
         let holds = self.value.as_f64().zip(target.as_f64()).map(|(value, target)| match self.better {
@@ -58,7 +58,7 @@ impl Row {
         Row { target: Some(target), holds, ..self }
     }
 
-    /// With a bound, if there is one.
+    /// Adds a bound, if there is one.
     pub fn within_any(self, target: Option<impl Figure>) -> Row {
         match target {
             Some(target) => self.within(target),
@@ -66,15 +66,15 @@ impl Row {
         }
     }
 
-    /// Made of wall-clock times.
+    /// Marks it as based on wall-clock times.
     pub fn noisy(self) -> Row {
         Row { noisy: true, ..self }
     }
 }
 
-/// Whole numbers as they are, others with three decimals.
+/// A value of a row. Whole numbers are unchanged, others have three decimals.
 pub trait Figure {
-    /// As JSON.
+    /// Converts it to JSON.
     fn number(self) -> Number;
 }
 
@@ -85,7 +85,7 @@ impl Figure for u64 {
 }
 
 impl Figure for f64 {
-    /// What is no number becomes 0: a ratio of nothing.
+    /// NaN, a ratio of nothing, becomes 0.
     fn number(self) -> Number {
         Number::from_f64((self * 1e3).round() / 1e3).unwrap_or_else(|| 0.into())
     }

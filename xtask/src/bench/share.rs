@@ -1,6 +1,6 @@
-//! What part of the software a symbol of an image belongs to, by its path.
+//! Part of the software of a symbol, by its path.
 
-/// Modules of the protocol crates, each a part of its own.
+/// Modules of the protocol crates. Each is a separate part.
 pub const PROTOCOL: [&str; 16] = [
     "types",
     "link",
@@ -41,22 +41,23 @@ const CRATES: [(&str, &str); 17] = [
     ("crc", "boards"),
 ];
 
-/// The parts beside the protocol. `others`: vectors, constants, small crates.
+/// The parts in addition to the protocol. `others`: vectors, constants, small crates.
 const BESIDE: [&str; 6] = ["application", "boards", "embassy", "core", "log", "others"];
 
-/// Around the future of a task.
+/// Prefixes around the future of a task.
 const WRAPPERS: [&str; 2] =
     ["<embassy_executor::raw::TaskStorage<", "boards_stm32f4::supervisor::Supervised<"];
 
-/// All parts, in the order of their rows.
+/// Returns all parts, in the order of their rows.
 pub fn parts() -> impl Iterator<Item = &'static str> {
     PROTOCOL.into_iter().chain(BESIDE)
 }
 
-/// The part that a function or constant belongs to.
+/// Returns the part of a function or constant.
 ///
-/// A method belongs where its type is. An implementation of a trait of the object dictionary belongs to the dictionary,
-/// whoever's objects they are. The compiler inlines the tasks of the runner into the one-line tasks of an image.
+/// A method belongs to the part of its type. An implementation of a trait of the object dictionary belongs to the
+/// dictionary, regardless of the objects. The compiler inlines the tasks of the runner into the one-line tasks of an
+/// image.
 pub fn part(name: &str) -> &'static str {
     if ["::app::__bus_task", "::app::__due_task"].iter().any(|task| name.contains(task)) {
         return "runner";

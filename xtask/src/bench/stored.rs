@@ -1,14 +1,15 @@
-//! Figures that the repository keeps in `xtask/bench/stored.json`, so that a change of one of them is seen.
+//! Figures in `xtask/bench/stored.json`, so that changes of them are noticed.
 //!
-//! The file has rows as `summary.json` has them: `"area.name": {...}`, and a row `toolchain`. A row that does not hold its target has a `reason` beside it, which people write.
-//! A row of [`RATCHETED`] also has its `best` value of this compiler, and an `accepted` value with the reason why it may be worse:
+//! The file has rows as `summary.json` has them: `"area.name": {...}`, and a row `toolchain`. A row that misses its
+//! target has a `reason`, which is written manually. A row of [`RATCHETED`] also has its `best` value of this compiler,
+//! and an `accepted` value with the reason why it may be worse:
 //!
 //! ```text
 //! "best": { "value": 300.007, "commit": "e80fd9b2" },
 //! "accepted": { "value": 319.129, "reason": "a node that notes SYNCs also counts those that are not captured" }
 //! ```
 //!
-//! [`Stored::findings`] compares a run with it, and `page` makes the tables of the documentation of it.
+//! [`Stored::findings`] compares a run with it, and `page` makes the tables of the documentation from it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -24,7 +25,7 @@ use firmware_images::support::project;
 /// Largest difference from the stored value that is not reported, as a share of it.
 const TOLERANCE: f64 = 0.03;
 
-/// Areas whose rows are compared with the best value of their compiler, so that they cannot get worse in small steps.
+/// Areas whose rows are compared with the best value of their compiler, so that they cannot degrade in small steps.
 const RATCHETED: [&str; 3] = ["size", "instructions", "rx"];
 
 /// The row that names the compiler of the images.
@@ -33,7 +34,7 @@ const TOOLCHAIN: &str = "toolchain";
 /// Field of a row: its best value of this compiler, and the commit that had it.
 const BEST: &str = "best";
 
-/// Field of a row: a value that is worse than the best one, and the reason why it may be.
+/// Field of a row: a value that is worse than the best one, and the reason for it.
 const ACCEPTED: &str = "accepted";
 
 /// The stored rows, by area and name: `rx.interrupt_to_dictionary`.
@@ -42,7 +43,7 @@ pub struct Stored {
     rows: BTreeMap<String, Value>,
 }
 
-/// Where the file is.
+/// Returns the path of the file.
 pub fn path() -> PathBuf {
     project::path("xtask/bench/stored.json")
 }
@@ -67,12 +68,12 @@ impl Stored {
         fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// The compiler of the images that were measured.
+    /// Returns the compiler of the measured images.
     pub fn compiler(&self) -> Option<&str> {
         self.rows.get(TOOLCHAIN)?.get("value")?.as_str()
     }
 
-    /// All rows by their names, that of the compiler included.
+    /// Returns all rows by name, including that of the compiler.
     pub fn rows(&self) -> impl Iterator<Item = (&str, &Value)> {
         self.rows.iter().map(|(name, row)| (name.as_str(), row))
     }
@@ -109,7 +110,7 @@ impl Stored {
         Ok(())
     }
 
-    /// Compares the rows of an area with the stored ones. Returns a sentence for each difference that counts.
+    /// Compares the rows of an area with the stored ones. Returns a sentence for each relevant difference.
     pub fn findings(&self, area: &str, rows: &[Row]) -> Vec<String> {
         let measured: Vec<String> = rows.iter().map(|row| format!("{area}.{}", row.name)).collect();
         let differing = measured.iter().zip(rows).filter_map(|(key, row)| self.finding(area, key, row));
@@ -140,7 +141,7 @@ impl Stored {
     }
 }
 
-/// The rows of a run, as the file has them, but without what is known of earlier runs.
+/// Returns the rows of a run in the form of the file, without data of earlier runs.
 ///
 /// # Errors
 /// When a row is no JSON.
@@ -156,12 +157,12 @@ fn toolchain(compiler: &str) -> Value {
     json!({ "value": compiler, "unit": "compiler of the images" })
 }
 
-/// Whether a row is compared with its best value.
+/// Returns whether a row is compared with its best value.
 fn is_ratcheted(area: &str, row: &Row) -> bool {
     RATCHETED.contains(&area) && !row.noisy
 }
 
-/// How much worse `now` is than another value of its row.
+/// Returns by how much `now` is worse than another value of its row.
 fn loss(row: &Row, now: f64, other: f64) -> f64 {
     match row.better {
         Better::Lower => now - other,
@@ -169,17 +170,17 @@ fn loss(row: &Row, now: f64, other: f64) -> f64 {
     }
 }
 
-/// Whether `now` is worse than another value of its row by more than the tolerance.
+/// Returns whether `now` is worse than another value of its row by more than the tolerance.
 fn is_worse(row: &Row, now: f64, other: f64) -> bool {
     loss(row, now, other) > TOLERANCE * other.abs()
 }
 
-/// The reason that stands beside a value, if there is one.
+/// Returns the reason of a value, if there is one.
 fn reason(value: &Value) -> Option<&str> {
     value["reason"].as_str().filter(|reason| !reason.is_empty())
 }
 
-/// The number `value` within a field of a stored row.
+/// Returns the number `value` within a field of a stored row.
 fn value_of(stored: &Value, field: &str) -> Option<f64> {
     stored.get(field)?.get("value")?.as_f64()
 }
@@ -194,7 +195,7 @@ fn ratchet(value: &mut Value, stored: &Value, row: &Row, commit: &str) {
                 && is_worse(row, now, best)
             {
                 value[ACCEPTED] = stored[ACCEPTED].clone();
-                // What was won back is not lost again unseen.
+                // An improvement must not be lost unnoticed.
                 if loss(row, now, accepted) < 0.0 {
                     value[ACCEPTED]["value"] = row.value.clone().into();
                 }
@@ -204,7 +205,8 @@ fn ratchet(value: &mut Value, stored: &Value, row: &Row, commit: &str) {
     }
 }
 
-/// A sentence when a row is worse than its best value by more than the tolerance, and than the value accepted with a reason.
+/// Returns a sentence if a row is worse than its best value by more than the tolerance, and worse than its accepted
+/// value.
 fn worse_than_best(key: &str, stored: &Value, row: &Row) -> Option<String> {
     let (now, best) = (row.value.as_f64()?, value_of(stored, BEST)?);
     if !is_worse(row, now, best) {
@@ -306,7 +308,7 @@ mod tests {
         stored
     }
 
-    /// The same row with an accepted value.
+    /// Returns the same row with an accepted value.
     fn accepting(mut stored: Stored, value: u64, reason: &str) -> Stored {
         stored.rows.get_mut(KEY).unwrap()[ACCEPTED] = json!({ "value": value, "reason": reason });
         stored
@@ -374,7 +376,8 @@ mod tests {
         assert!(rows.rows.values().all(|row| row.get(BEST).is_none()));
     }
 
-    /// What the repository stores passes its own check: each accepted value has a reason, each row of a best value its commit.
+    /// The stored values of the repository pass the check: each accepted value has a reason, and each best value its
+    /// commit.
     #[test]
     fn stored_rows_that_are_worse_than_their_best_have_reasons() {
         let stored = Stored::read(&path()).unwrap();

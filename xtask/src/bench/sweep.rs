@@ -1,7 +1,8 @@
-//! Frames at even distances, and frames that arrive while the board does what is due by time: looks at its controllers, sends its heartbeat, arms its timers.
+//! Frames at regular intervals, and frames that arrive during timed actions of the board: checks of its controllers,
+//! heartbeats, timers.
 //!
-//! Frames at even distances meet that by chance. A sweep aims at it: frames arrive at a certain distance from the instants at which
-//! the board wakes up by itself. The distance grows by a microsecond every 100 ms.
+//! Frames at regular intervals arrive then only by chance. In a sweep frames arrive at a given time from the instants
+//! at which the board wakes up by itself. This time increases by a microsecond every 100 ms.
 
 use std::ops::Range;
 
@@ -10,28 +11,28 @@ use twin::spacecraft::Bus;
 
 use crate::bench::rig::{MASTER_BEATS, Rig};
 
-/// From what was before to the heartbeat of the master that comes before a frame.
+/// Time from earlier activity to the heartbeat of the master that precedes a frame.
 const BREAK: Time = Time::from_us(500);
 
-/// How long the sweep keeps a distance: what is due ten times a second is due once.
+/// Duration of each time distance, in which actions that are due ten times a second occur once.
 const PERIOD: Time = Time::from_ms(100);
 
 /// Distances, microseconds, counted from [`BEFORE`]. The last frame arrives when all is done.
 const DISTANCES: Range<u64> = 0..50;
 
-/// The first frame arrives so long before the board wakes up, and is not yet with the node then.
+/// Time by which the first frame arrives before the board wakes up. The node does not have it yet at the wake-up.
 const BEFORE: Time = Time::from_us(5);
 
-/// Times that the distances are gone through.
+/// Number of passes through the distances.
 const PASSES: usize = 2;
 
-/// Before a pass. Frames shift looks: another one is then the first of those that follow closely upon each other.
+/// Time before a pass. Frames shift checks, so that another one is then the first in a close sequence.
 const PAUSE: Time = Time::from_ms(37);
 
-/// Between heartbeats of the master.
+/// Period of heartbeats of the master.
 const BEAT: Time = Time::from_ms(50);
 
-/// What was found of frames at even distances, and of those of a sweep.
+/// Results of frames at regular intervals, and of those of a sweep.
 pub struct Series<T> {
     even: Vec<T>,
     swept: Vec<T>,
@@ -39,16 +40,16 @@ pub struct Series<T> {
 
 /// Cycles of the frames of a series.
 pub struct Cycles {
-    /// Most of all frames.
+    /// Largest value of all frames.
     pub worst: u64,
-    /// Median of the frames at even distances.
+    /// Median of the frames at regular intervals.
     pub median: u64,
-    /// Most of the sweep.
+    /// Largest value of the sweep.
     pub swept: u64,
 }
 
 impl<T> Series<T> {
-    /// A part of what was found.
+    /// Returns the cycles of a part of the results.
     pub fn cycles(&self, part: impl Fn(&T) -> u64) -> Cycles {
         let mut even: Vec<u64> = self.even.iter().map(&part).collect();
         even.sort_unstable();
@@ -57,8 +58,8 @@ impl<T> Series<T> {
     }
 }
 
-/// Sends `count` frames, one each `spacing`, then those of a sweep. Frame `n`, from 0, takes `duration(n)` from SOF until its receiver has
-/// it; `send(rig, at, n)` sends it, follows it through the board and returns what it found.
+/// Sends `count` frames, one each `spacing`, then those of a sweep. Frame `n`, from 0, takes `duration(n)` from SOF
+/// until its receiver has it; `send(rig, at, n)` sends it, follows it through the board and returns its result.
 ///
 /// # Errors
 /// When the twin had to stop the board, and those of `send`.
@@ -93,7 +94,7 @@ pub fn series<T>(
                 rig.send(Bus::Nominal, now + Time::from_us(1), MASTER_BEATS);
                 rig.run_until(now + BREAK)?;
             } else if at <= now {
-                // Something else was going on shortly before.
+                // There was other activity shortly before.
                 rig.run_until(wakes + Time::from_us(1))?;
             } else {
                 series.swept.push(send(rig, at, number)?);

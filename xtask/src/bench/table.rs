@@ -1,11 +1,11 @@
-//! Rows for people.
+//! Rows as text.
 
 use console::style;
 use serde_json::Number;
 
 use super::row::{Better, Row};
 
-/// All rows of an area, one line each.
+/// Returns all rows of an area, one line each.
 pub fn lines(area: &str, rows: &[Row]) -> Vec<String> {
     rows.iter().map(|row| line(area, row)).collect()
 }
@@ -26,7 +26,7 @@ fn line(area: &str, row: &Row) -> String {
     line.trim_end().to_owned()
 }
 
-/// A number with spaces between groups of three digits.
+/// Returns a number with spaces between groups of three digits.
 pub fn number(number: &Number) -> String {
     grouped(&number.to_string(), ' ')
 }

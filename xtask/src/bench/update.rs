@@ -1,8 +1,8 @@
-//! Cycles that a slave takes to steer its clock by one pair of SYNC and spacecraft time.
+//! Cycles of a slave for the correction of its clock by one pair of SYNC and spacecraft time.
 //!
-//! A foreign controller plays the master: SYNC, and the spacecraft time of that SYNC a millisecond later. The clock of this
-//! measurement is the core's count of cycles awake, from the entry of `TimeService::pair` until it returns: the prediction, the
-//! filter and the correction, without the way of the frame. Interrupts that meet it are included.
+//! A foreign controller acts as the master: SYNC, and the spacecraft time of that SYNC a millisecond later. Time is the
+//! core's count of cycles awake, from the entry of `TimeService::pair` until it returns: the prediction, the filter and
+//! the correction, without the path of the frame. Interrupts in between are included.
 
 use anyhow::Context as _;
 use can_wire::encode::encode;
@@ -18,17 +18,17 @@ use firmware_images::support::board::Profile;
 /// Not inlined: PDOs of both kinds call it.
 const FUNCTION: &str = "<ecss_can::time::service::TimeService>::pair";
 
-/// Pairs that are followed, after [`SETTLING`] others.
+/// Number of measured pairs, after [`SETTLING`] others.
 const PAIRS: usize = 200;
 const SETTLING: usize = 20;
 
-/// Between two pairs: a prime number of microseconds meets the board's timers at ever other moments.
+/// Time between two pairs, a prime number of microseconds, so that the phase to the board's timers varies.
 const SPACING: Time = Time::from_us(100_003);
 
-/// From the start of a SYNC to that of the spacecraft time.
+/// Time from the start of a SYNC to that of the spacecraft time.
 const LATER: Time = Time::from_us(1_000);
 
-/// From what was before to the heartbeat of the master that comes before each SYNC.
+/// Time from earlier activity to the heartbeat of the master that precedes each SYNC.
 const BREAK: Time = Time::from_us(500);
 
 /// COB-ID of SYNC and of the Spacecraft Time PDO.
@@ -38,7 +38,7 @@ const SPACECRAFT_TIME: u16 = 0x181;
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
 
-/// Most cycles and the median, at every timing of the flash.
+/// Returns the largest number of cycles and the median, at each timing of the flash.
 ///
 /// # Errors
 /// When the image has no such function, or does not call it.
@@ -75,7 +75,7 @@ fn follow_pair(rig: &mut Rig, entry: u32) -> anyhow::Result<u64> {
     rig.follow_call(entry)
 }
 
-/// The virtual time as 24 bits of a second and seconds.
+/// Returns the virtual time as 24 bits of a second and seconds.
 fn spacecraft_time(at: Time) -> [u8; 7] {
     let second = Time::from_ms(1_000).0;
     let [a, b, c, ..] = ((at.0 % second) * (1 << 24) / second).to_le_bytes();
@@ -83,7 +83,7 @@ fn spacecraft_time(at: Time) -> [u8; 7] {
     [a, b, c, d, e, f, g]
 }
 
-/// From SOF to the last bit but one of EOF, when the receiver has the frame.
+/// Returns the time from SOF to the last bit but one of EOF, when the receiver has the frame.
 fn duration(data: &[u8]) -> Time {
     let frame = WireFrame::standard(SPACECRAFT_TIME, data);
     Time::from_us(encode(&frame).bits().len() as u64 - 2)

@@ -9,24 +9,24 @@ use host_worlds::local_clock::{Sample, Scenario, Stamps};
 use twin::crystal::Crystal;
 
 const SEEDS: u64 = 100;
-/// Seeds of which each has a line of its own.
+/// Number of seeds with a separate line.
 const SHOWN: usize = 10;
 
-/// SYNC stops at this second, for so many seconds.
+/// Second at which SYNC stops. The number of seconds without it follows.
 const SILENT: f64 = 60.0;
 const HOLDOVER: f64 = 100.0;
 
-/// Names and contents of all.
+/// Returns names and contents of all pictures.
 pub fn pictures() -> Vec<(&'static str, String)> {
     vec![("clock-holdover.svg", holdover()), ("clock-wires.svg", wires()), ("clock-crystals.svg", crystals())]
 }
 
-/// Runs of all seeds.
+/// Returns the runs of all seeds.
 fn runs(scenario: impl Fn(u64) -> Scenario) -> Vec<Vec<Sample>> {
     (0..SEEDS).map(|seed| scenario(seed).run(&mut LocalClock::new(&STEADY))).collect()
 }
 
-/// A figure of the samples of all seeds at one time, over time. `origin` is zero of the time.
+/// Returns a figure of the samples of all seeds over time. `origin` is zero of the time.
 fn over_time(runs: &[Vec<Sample>], origin: f64, figure: impl Fn(&[Sample]) -> f64) -> Vec<(f64, f64)> {
     (0..runs[0].len())
         .map(|point| {
@@ -126,13 +126,13 @@ fn wires() -> String {
     curves(title, Layout::WIDE, [across, ERROR], &drawn).standalone()
 }
 
-/// Parts per billion.
+/// White noise of the frequency, parts per billion.
 const WHITE: f64 = 1.0;
 const WALK: f64 = 2.0;
-/// Parts per million in a second.
+/// Drift of the frequency, parts per million per second.
 const DRIFT: f64 = 0.1;
 
-/// Length of a crystal's history; averaging times go to a tenth of it.
+/// Length of a crystal's history. Averaging times are up to a tenth of it.
 const HISTORY: Time = Time::from_ms(1_000_000);
 
 fn crystals() -> String {

@@ -6,18 +6,18 @@ use demo::drawing::{Layout, Range};
 
 /// Runs of each kind of cut.
 const RUNS: u64 = 100;
-/// Milliseconds: width of a bin, and end of the axis.
+/// Width of a bin, milliseconds. The end of the axis follows.
 const BIN: f64 = 20.0;
 const END: f64 = 1_200.0;
 
-/// Where the cable is cut, metres: node n sits at 2 n.
+/// Places of the cuts, metres. Node n is at 2 n.
 const CUTS: [(u32, &str, &str); 3] = [
     (3, "the master alone is cut off", "blue thick"),
     (5, "three of four slaves are cut off", "amber thick"),
     (9, "one of four slaves is cut off", "teal thick"),
 ];
 
-/// Names and contents of all.
+/// Returns names and contents of all pictures.
 pub fn pictures() -> Vec<(&'static str, String)> {
     vec![("campaign-failover.svg", histogram())]
 }
@@ -43,7 +43,7 @@ fn histogram() -> String {
     curves(title, Layout::WIDE, [across, up], &drawn).standalone()
 }
 
-/// A histogram as a line.
+/// Returns a histogram as a line.
 fn stairs(values: &[f64]) -> Vec<(f64, f64)> {
     let bins = (END / BIN) as usize;
     let mut points = vec![(0.0, 0.0)];

@@ -15,7 +15,7 @@ const WHAT: &str = "error of the clock against the master's; each row has its ow
 
 type Draw = fn() -> anyhow::Result<Vec<(&'static str, String)>>;
 
-/// Draws them, one flight after the other.
+/// Functions that draw them, one flight after the other.
 pub const PICTURES: [Draw; 3] = [timeline, clocks, histogram];
 
 /// `cargo demo` with its options.
@@ -40,7 +40,7 @@ fn clocks() -> anyhow::Result<Vec<(&'static str, String)>> {
     Ok(vec![("clocks.svg", report::clocks(&fly(&["--profile", "standard"])?))])
 }
 
-/// Errors of a flight of `cargo xtask bench --only time`.
+/// Draws the errors of a flight of `cargo xtask bench --only time`.
 fn histogram() -> anyhow::Result<Vec<(&'static str, String)>> {
     let rows: Vec<Row> = crate::bench::clock_errors()?
         .iter()

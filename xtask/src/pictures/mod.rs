@@ -1,7 +1,7 @@
 //! `cargo xtask pictures`: the pictures of the documentation that show measurements.
 //!
-//! Waveforms, clocks and fail-over times are simulated without firmware, and a test compares their files with what the code does now. The others
-//! are of flights of the images.
+//! Waveforms, clocks and fail-over times are simulated without firmware, and a test compares their files with the
+//! present output of the code. The others are of flights of the images.
 
 mod clocks;
 mod failover;
@@ -10,12 +10,12 @@ mod waveforms;
 
 use anyhow::Context;
 
-/// Names and contents of those that need no images.
+/// Returns names and contents of the pictures that need no images.
 fn simulated() -> anyhow::Result<Vec<(&'static str, String)>> {
     Ok([waveforms::pictures()?, clocks::pictures(), failover::pictures()].concat())
 }
 
-/// Writes all of them.
+/// Writes all pictures.
 pub fn run() -> anyhow::Result<()> {
     write(simulated()?)?;
     for draw in flights::PICTURES {

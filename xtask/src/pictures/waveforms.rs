@@ -8,19 +8,19 @@ use can_wire::time::Time;
 use can_wire::wire::WireConfig;
 use demo::drawing::waveform::{Options, draw};
 
-/// SOF of the first frame.
+/// Time of SOF of the first frame.
 const SOF: Time = Time::from_us(20);
-/// Along a cable of 40 m.
+/// Positions along a cable of 40 m.
 const POSITIONS: [f64; 3] = [0.0, 25.0, 40.0];
 const NAMES: [&str; 3] = ["master", "slave 2", "slave 3"];
-/// Isolation and transceiver, out and in.
+/// Delay of isolation and transceiver, out and in.
 const TRANSCEIVER_NS: u32 = 150;
 
 /// One picture: its file in `docs/` and its traffic.
 struct Scene {
     file: &'static str,
     title: &'static str,
-    /// Sender, an index of [`NAMES`], and its frame; all begin at [`SOF`].
+    /// Senders, as indices of [`NAMES`], and their frames. All start at [`SOF`].
     frames: Vec<(usize, WireFrame)>,
     fault: Option<Fault>,
     /// Bit times from SOF to the end of the picture, which begins 3 µs before SOF.
@@ -81,7 +81,7 @@ impl Scene {
     }
 }
 
-/// Names and contents of all.
+/// Returns names and contents of all pictures.
 pub fn pictures() -> anyhow::Result<Vec<(&'static str, String)>> {
     scenes().iter().map(|scene| Ok((scene.file, scene.render()?))).collect()
 }

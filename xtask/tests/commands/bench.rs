@@ -1,4 +1,4 @@
-//! `bench` through the command line: its file, and that figures repeat.
+//! `bench` on the command line: its file, and reproducible figures.
 
 use serde_json::Value;
 use std::path::Path;

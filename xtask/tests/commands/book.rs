@@ -1,4 +1,4 @@
-//! The pages of docs/ as a book: every page is in its contents, none is too long, and the README shows code that is tested.
+//! The pages of docs/ as a book: each page is in its contents, none is too long, and the README shows tested code.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ const GLOSSARY: &str = "docs/glossary.md";
 /// Markers of the tables that `cargo xtask bench --store` writes.
 const TABLE: (&str, &str) = ("<!-- rows: ", "<!-- end of rows -->");
 
-/// Words of a document that people read from top to bottom: without tables and blocks of code.
+/// Returns the number of words of a document without tables and blocks of code.
 fn words(text: &str) -> usize {
     let (mut count, mut skipped) = (0, 0_u32);
     for event in Parser::new_ext(text, Options::ENABLE_TABLES) {

@@ -1,4 +1,4 @@
-//! The Markdown files are right where a program can tell: links, anchors, paths of files, the form of decisions.
+//! Checks of Markdown files: links, anchors, paths of files, the form of decisions.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -12,7 +12,7 @@ pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace").to_owned()
 }
 
-/// A file of the repository, by its path from the root.
+/// Returns the text of a file of the repository, by its path from the root.
 pub fn text(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
@@ -27,7 +27,7 @@ pub fn documents(folder: &Path) -> Vec<PathBuf> {
     files(folder, "md").into_iter().map(|(path, _)| path).collect()
 }
 
-/// What a document refers to, and what others may refer to in it.
+/// References of a document, and their possible targets in it.
 #[derive(Default)]
 pub struct Document {
     /// Anchors of its headings, as GitHub makes them.
@@ -82,7 +82,7 @@ pub fn read(text: &str) -> Document {
     document
 }
 
-/// Links of `file` that lead nowhere: each with the reason.
+/// Returns broken links of `file`, each with the reason.
 fn broken_links(file: &Path) -> Vec<String> {
     let text = fs::read_to_string(file).expect("a text");
     let mut broken = Vec::new();
@@ -105,7 +105,7 @@ fn broken_links(file: &Path) -> Vec<String> {
     broken
 }
 
-/// Paths in backticks that begin with a folder of `root` and name nothing there.
+/// Returns paths in backticks that start with a folder of `root` and do not exist.
 fn missing_paths(root: &Path, file: &Path) -> Vec<String> {
     let text = fs::read_to_string(file).expect("a text");
     let is_plain =
@@ -130,7 +130,7 @@ fn every_link_leads_to_a_file_and_a_heading() {
     assert!(broken.is_empty(), "mend these links: {broken:#?}");
 }
 
-/// The changelog is history: it may name what is gone.
+/// The changelog may name removed files.
 #[test]
 fn every_path_in_backticks_exists() {
     let root = root();

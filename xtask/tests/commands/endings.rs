@@ -1,4 +1,4 @@
-//! A command whose output has no reader any more.
+//! A command whose output has no reader.
 
 use second::programs::PIPE_CLOSED;
 

@@ -1,8 +1,8 @@
-//! The examples stay as short as they promise to be.
+//! Limits of the length of examples.
 
 use crate::docs::text;
 
-/// Lines of an example, comments included.
+/// Largest number of lines of an example, including comments.
 const MOST: usize = 99;
 
 fn lines(path: &str) -> usize {

@@ -1,4 +1,4 @@
-//! Programs that stand for those of others: they run nothing, and only write down how they were called.
+//! Programs that replace third-party ones: they run nothing, and only record their arguments.
 #![cfg(unix)]
 
 use std::ffi::OsString;
@@ -13,8 +13,8 @@ pub fn script(program: &Path, script: &str) {
     fs::set_permissions(program, fs::Permissions::from_mode(0o755)).expect("executable");
 }
 
-/// Writes a program that writes its arguments to the returned file beside it, one a line, and ends with this code; asked for its version
-/// it ends well.
+/// Writes a program that writes its arguments to the returned file beside it, one a line, and ends with this code; a
+/// request for its version succeeds.
 pub fn fake(folder: &Path, name: &str, code: i32) -> PathBuf {
     let arguments = folder.join("arguments");
     let shown = arguments.display();

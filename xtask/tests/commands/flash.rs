@@ -1,4 +1,4 @@
-//! `cargo master` and `cargo slave` through their aliases, with a probe-rs that only writes down how it was called.
+//! `cargo master` and `cargo slave` through their aliases, with a probe-rs that only records its arguments.
 #![cfg(unix)]
 
 use std::ffi::OsString;

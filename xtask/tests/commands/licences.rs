@@ -1,4 +1,4 @@
-//! `cargo xtask licences` with a cargo-deny that only writes down how it was called.
+//! `cargo xtask licences` with a cargo-deny that only records its arguments.
 #![cfg(unix)]
 
 use std::fs;
@@ -15,7 +15,7 @@ fn run(first: &Path, arguments: &[&str]) -> Output {
     licences.output().expect("xtask starts")
 }
 
-/// How a program was called, on one line.
+/// Returns the arguments of a program, on one line.
 fn arguments(folder: &Path) -> String {
     fs::read_to_string(folder.join("arguments")).expect("it was called").replace('\n', " ")
 }

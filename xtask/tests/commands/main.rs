@@ -1,4 +1,4 @@
-//! The commands of `xtask` as people run them, and the documents of the repository.
+//! The commands of `xtask`, run as users run them, and the documents of the repository.
 
 mod bench;
 mod boards;

@@ -1,4 +1,4 @@
-//! Firmware of the user's with settings of its own around it: what is built does not depend on them.
+//! Firmware of a user with own cargo settings, on which the build does not depend.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use tempfile::TempDir;
 use crate::XTASK;
 use crate::docs::root;
 
-/// Variables of users who build firmware of their own with cargo alone.
+/// Variables of users who build their firmware with cargo only.
 const VARIABLES: [(&str, &str); 6] = [
     ("CARGO_BUILD_TARGET", "thumbv7em-none-eabihf"),
     ("CARGO_INCREMENTAL", "1"),
@@ -19,7 +19,7 @@ const VARIABLES: [(&str, &str); 6] = [
     ("RUSTFLAGS", "-C link-arg=-Tlink.x"),
 ];
 
-/// The same in a configuration file.
+/// These settings in a configuration file.
 const CONFIGURATION: &str = r#"
 [build]
 target = "thumbv7em-none-eabihf"

@@ -29,7 +29,7 @@ fn without_times(text: &str) -> String {
     text.split(|char: char| char.is_ascii_digit()).collect()
 }
 
-/// Given all patches of the project, each has a right head and applies, and each rule without a requirement has one patch.
+/// Given all patches of the project, then each has a valid head and applies, and each rule without a requirement has one patch.
 #[test]
 fn every_patch_of_the_project_applies() {
     let (code, stdout, stderr) = XTASK.run(&["mutants", "--patch", "--list"]);
@@ -91,7 +91,7 @@ fn patch_is_found_by_a_failure_with_its_text_alone() {
     assert_eq!(fs::read(root().join(".gitignore")).expect("a file"), before);
 }
 
-/// Given a file whose command shows it, the command sees the patched file.
+/// Given a patch whose command shows a file, then the command gets the patched file.
 #[test]
 fn command_of_a_patch_runs_on_patched_files() {
     let here = tempfile::tempdir().expect("a temporary directory");

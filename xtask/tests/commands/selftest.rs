@@ -1,4 +1,4 @@
-//! `cargo xtask selftest`: on the emulated board, and with a probe-rs that only writes down how it was called.
+//! `cargo xtask selftest`: on the emulated board, and with a probe-rs that only records its arguments.
 
 use crate::XTASK;
 

@@ -1,4 +1,5 @@
-//! Each promise of README, limits and SECURITY has a line in docs/statements.md, with a test, a row or a page that holds it.
+//! Each statement of README, limits and SECURITY has a line in docs/statements.md, with a test, a row or a page as
+//! evidence.
 
 use std::collections::BTreeSet;
 
@@ -12,13 +13,13 @@ use crate::docs::{root, text};
 const PAGES: [(&str, &str); 3] =
     [("README", "README.md"), ("Limits", "docs/limits.md"), ("SECURITY", "SECURITY.md")];
 
-/// Sections that promise nothing.
+/// Sections without statements.
 const WITHOUT_PROMISES: [&str; 3] = ["Supported versions", "How to report", "Flashing"];
 
-/// What is read of a document.
+/// Contents of a document.
 #[derive(Debug, Default)]
 struct Page {
-    /// All of its text.
+    /// Complete text.
     text: String,
     /// Items of lists, and rows of tables: the heading above, the text of each cell, and what stands in backticks in it.
     items: Vec<(String, Vec<Cell>)>,
@@ -30,7 +31,7 @@ struct Cell {
     codes: Vec<String>,
 }
 
-/// With one space between words.
+/// Returns the text with one space between words.
 fn plain(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -70,7 +71,7 @@ fn read(markdown: &str) -> Page {
     page
 }
 
-/// What is wrong with the statements of a section about a page.
+/// Returns the errors in the statements of a section about a page.
 fn faults(section: &str, statements: &Page, page: &Page) -> Vec<String> {
     let of_section = statements.items.iter().filter(|(heading, _)| heading == section);
     let quotes: Vec<String> = of_section.map(|(_, cells)| plain(&cells[0].text)).collect();
@@ -87,7 +88,7 @@ fn faults(section: &str, statements: &Page, page: &Page) -> Vec<String> {
     found
 }
 
-/// Names of the functions in the sources below `folder`.
+/// Returns the names of the functions in the sources below `folder`.
 fn functions(folder: &str) -> Vec<String> {
     let sources = files(&root().join(folder), "rs").into_iter();
     let names = |(_, text): (_, String)| -> Vec<String> {

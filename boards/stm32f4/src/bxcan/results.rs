@@ -12,7 +12,7 @@ const TXOK: u32 = 1 << 1;
 pub(super) struct Results(pub u32);
 
 impl Results {
-    /// Whether the request of this mailbox has ended.
+    /// Returns whether the request of this mailbox has ended.
     pub fn ended(self, mailbox: usize) -> bool {
         self.of(mailbox) & RQCP != 0
     }

@@ -38,7 +38,8 @@ fn a_lone_transmitter_does_not_interrupt_with_every_attempt() {
     flight.assert_nothing_lost();
 }
 
-/// From error active to isolated on a cut bus: warning, passive; then frames are aborted.
+/// Given a cut bus, then the way from error active to isolated causes few interrupts: warning, passive, and then
+/// aborted frames.
 #[test]
 fn a_cut_costs_a_handful_of_error_interrupts() {
     let mut flight = Flight::new(&MASTER_AND_THREE);

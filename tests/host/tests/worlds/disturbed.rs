@@ -251,6 +251,6 @@ fn recovery_from_bus_off_takes_128_times_11_bits() {
     let away = back.0.since(states[off].0);
     let pause = Time::from_us(STANDARD.bus_off.pause.as_micros());
     assert!(away >= pause + Time::from_us(1_408), "back after {} us", away.as_us());
-    // Frames of others end in 11 recessive bits each.
+    // Frames of other nodes end in 11 recessive bits each.
     assert!(away <= pause + ms(20), "back after {} us", away.as_us());
 }

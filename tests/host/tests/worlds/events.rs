@@ -1,4 +1,4 @@
-//! What a slave reports while its bus fails is known to the master afterwards, see [`host::events`].
+//! The master learns reports that a slave makes while its bus fails, see [`host::events`].
 //!
 //! Verifies: ECSS 6.4a
 

@@ -105,7 +105,7 @@ fn requests_are_sent_in_turn() {
 fn turns_of_slaves_are_spread_over_the_period() {
     let world = busy(3, ms(2_000));
     let first = |id| since(&world, Bus::Nominal, id, ms(1_000))[0].start.as_us() % 100_000;
-    // Frames of others go first, for at most 1 ms.
+    // Frames of other nodes are sent first, for at most 1 ms.
     for (id, turn) in [(0x302, 0), (0x303, 7_143), (0x304, 14_286)] {
         assert!(first(id).abs_diff(turn) < 1_000, "{id:03X}h: {} us", first(id));
     }
@@ -359,8 +359,8 @@ fn pulses_per_second_of_the_master_follow_the_object() {
     assert_eq!(pulses(), 500);
 }
 
-/// Given a master that a client sent to Pre-operational, then it logs the commands and requests that its node refuses, and goes on when
-/// it is Operational again.
+/// Given a master that a client sent to Pre-operational, then it logs the commands and requests that its node refuses,
+/// and continues when it is Operational again.
 ///
 /// Verifies: ECSS 6.5.4a
 #[test]

@@ -97,7 +97,7 @@ fn others_go_on_while_a_slave_has_no_power() {
     }
 }
 
-/// At power-on the network waits for slave 2 before it starts with SYNC.
+/// A profile in which the network waits at power-on for slave 2 before it starts SYNC.
 const MANDATORY: Profile = Profile {
     slaves: &[AssignedSlave {
         node: TWO,

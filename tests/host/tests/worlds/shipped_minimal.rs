@@ -292,8 +292,8 @@ fn uptime_of_shipped_devices_does_not_wrap_after_71_minutes() {
     assert_eq!(PrototypeMission::new().on_pdo(2, &request, at), Some((2, expected)));
 }
 
-/// From the end of a request to the end of its telemetry, microseconds: 200 in the slave, one frame on its way and the telemetry, 135
-/// bits each.
+/// Returns the time from the end of a request to the end of its telemetry, microseconds: 200 in the slave, one frame on
+/// its way and the telemetry, 135 bits each.
 const fn stated_delay(kbit: u64) -> u64 {
     200 + 2 * 135 * 1_000 / kbit
 }
@@ -568,8 +568,8 @@ fn sync_objects_of_shipped_images_have_their_access() {
     }
 }
 
-/// What the minimal slave sends: with SYNC 285h, telemetry on a request by 405h that it knows (uptime, value, commands executed), on
-/// one by 505h the bytes that it keeps.
+/// Returns the COB-ID of the minimal slave's reply: 285h to SYNC, telemetry to a known request by 405h (uptime, value,
+/// commands executed), and the kept bytes to a request by 505h.
 fn reply_to(id: u16, data: &[u8]) -> Option<u16> {
     match (id, data) {
         (0x080, _) => Some(0x285),

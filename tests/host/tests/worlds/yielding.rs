@@ -44,7 +44,8 @@ const CONFIGURED: Profile = Profile {
     ..TWO_MASTERS
 };
 
-/// The same, and an object that the slave does not have: it aborts two transfers, twice, and is not started.
+/// A profile with an additional object that the slave does not have: it aborts two transfers, twice, and is not
+/// started.
 const REFUSED: Profile = Profile {
     settings: &[
         CONFIGURED.settings[0],

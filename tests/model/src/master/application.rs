@@ -20,7 +20,7 @@ impl Master {
         self.held = Some((now + BREAK, node));
     }
 
-    /// Whether a slave is stopped.
+    /// Returns whether a slave is stopped.
     pub fn is_holding(&self) -> bool {
         self.held.is_some()
     }

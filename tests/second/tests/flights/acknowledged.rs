@@ -13,7 +13,7 @@ const REQUEST_2: u16 = 0x402;
 const SYNC: u16 = 0x080;
 const EMERGENCY: u16 = 0x081;
 
-/// The guest acknowledges what the master sends until frame `id` completes. Returns its end.
+/// Lets the guest acknowledge the frames of the master until frame `id` completes. Returns its end.
 fn acknowledge(flight: &mut Flight, guest: GuestId, id: u16) -> Time {
     flight.twin.set_presence(guest, Presence::Present);
     let seen = flight.fly_until(|seen| seen.bus == Bus::Nominal && seen.sender == 0 && seen.id() == Some(id));
@@ -21,7 +21,7 @@ fn acknowledge(flight: &mut Flight, guest: GuestId, id: u16) -> Time {
     seen.end
 }
 
-/// With ideal memory: the flight meets a window of some 100 us, which wait states move.
+/// Returns a configuration with ideal memory. The flight needs a window of some 100 us, which wait states would shift.
 fn ideal(setup: BoardSetup) -> BoardConfig {
     let fittings = Fittings { flash_timing: FlashTiming::Ideal, ..Fittings::default() };
     BoardConfig { fittings, ..setup.with(&STANDARD) }

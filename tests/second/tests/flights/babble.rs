@@ -1,4 +1,4 @@
-//! A node that babbles resets.
+//! A node that keeps sending reset commands.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -9,7 +9,7 @@ use flight::*;
 /// The consumer time.
 const CONSUMER_MS: u64 = 2500;
 
-/// A guest on the nominal bus sends this command to all nodes every 20 ms.
+/// Lets a guest on the nominal bus send this command to all nodes every 20 ms.
 fn babble(flight: &mut Flight, command: u8, from_ms: u64, until_ms: u64) {
     let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
     for at in (from_ms..until_ms).step_by(20) {
@@ -17,7 +17,7 @@ fn babble(flight: &mut Flight, command: u8, from_ms: u64, until_ms: u64) {
     }
 }
 
-/// When `node` sent boot-up messages after `from`, on either bus.
+/// Returns the times of boot-up messages of `node` after `from`, on either bus.
 fn boot_ups(flight: &Flight, node: u8, from: Time) -> Vec<Time> {
     let all = Bus::ALL.into_iter().flat_map(|bus| flight.heartbeats(node, bus));
     let mut all: Vec<_> =
@@ -26,7 +26,7 @@ fn boot_ups(flight: &Flight, node: u8, from: Time) -> Vec<Time> {
     all
 }
 
-/// Emergencies 8100h of `node` on either bus after `from`: their source.
+/// Returns the sources of emergencies 8100h of `node` on either bus after `from`.
 fn refusals(flight: &Flight, node: u8, from: Time) -> Vec<u8> {
     flight.emergencies(node, from).filter(|data| data[..2] == [0x00, 0x81]).map(|data| data[3]).collect()
 }
@@ -53,12 +53,12 @@ fn slaves_leave_a_bus_on_which_resets_are_babbled() {
             assert!((1..=most).contains(&booted), "{command:02X}h {node}\n{}", flight.log(node));
             if node == 4 {
                 assert_eq!(booted, most, "{command:02X}h\n{}", flight.log(node));
-                // Once on the bus where the resets are, once to the master that it finds on the other one.
+                // Once on the bus with the resets, and once to the master that it finds on the other one.
                 let refused = refusals(&flight, node, ms(1000));
                 assert_eq!(refused, [command; 2], "{command:02X}h\n{}", flight.log(node));
             }
         }
-        // And stay there, however long it goes on.
+        // The slaves stay there for the whole fault.
         flight.fly_to(19_000);
         flight.assert_operational([2, 3, 4], Bus::Redundant);
         for node in [2_u8, 3, 4] {
@@ -69,7 +69,7 @@ fn slaves_leave_a_bus_on_which_resets_are_babbled() {
     }
 }
 
-/// Nobody heard a master since the boot, and nobody babbles: each reset comes after a pause of two consumer times.
+/// Given no master since the boot, when each reset comes after a pause of two consumer times, then it is obeyed.
 ///
 /// Verifies: ECSS 6.5.1a.4
 #[test]
@@ -88,7 +88,7 @@ fn every_reset_after_a_pause_is_obeyed_without_a_master() {
     flight.assert_sound();
 }
 
-/// The fourth in a row is the first that is ignored; a heartbeat of the master opens the door again.
+/// Given resets in a row, when the fourth is ignored, then resets are obeyed again after a heartbeat of the master.
 ///
 /// Verifies: ECSS 6.5.1a.4
 #[test]
@@ -104,7 +104,7 @@ fn a_heartbeat_of_the_master_makes_resets_count_again() {
     flight.fly_to(1290);
     let booted = boot_ups(&flight, 2, ms(500));
     assert_eq!(booted.len(), 3, "{booted:?}\n{}", flight.log(2));
-    // Once and not per frame; once more to the master that it finds.
+    // Once, not per frame, and once more to the master that it finds.
     assert_eq!(refusals(&flight, 2, Time::ZERO), [0x81; 2]);
     // Error reset.
     let gone = flight.first_after(ms(1000), |seen| seen.id() == Some(0x082) && seen.data()[..2] == [0, 0]);

@@ -9,7 +9,7 @@ const SLAVE: u8 = 3;
 const PANIC: u8 = 1;
 const LATE_TASK: u8 = 4;
 
-/// All of them operational, and a client.
+/// Returns a flight in which all nodes are operational, and a client.
 fn flown() -> (Flight, GuestId) {
     let bare = parsed(&firmware_images::build_fixture("test-bare", "standard").unwrap());
     let [master, slave] = STANDARD.clone();
@@ -23,8 +23,8 @@ fn flown() -> (Flight, GuestId) {
     (flight, client)
 }
 
-/// Causes and program counters of the emergencies 6100h of the slave, on whichever bus. One is announced again to the master
-/// that the slave finds.
+/// Returns causes and program counters of the emergencies 6100h of the slave, on either bus. The slave repeats them
+/// when it finds its master.
 fn causes(flight: &Flight) -> Vec<(u8, [u8; 4])> {
     let raised = flight.emergencies(SLAVE, ms(0)).filter(|data| data[..2] == [0x00, 0x61]);
     let mut causes: Vec<_> = raised.map(|data| (data[3], data[4..].try_into().unwrap())).collect();
@@ -32,8 +32,8 @@ fn causes(flight: &Flight) -> Vec<(u8, [u8; 4])> {
     causes
 }
 
-/// Given the shipped master and an image without `boards-runtime`, then both are operational on the nominal bus, and on the other one
-/// when that is cut. The image logs nothing.
+/// Given the shipped master and an image without `boards-runtime`, then both are operational on the nominal bus, and
+/// after a cut on the other one. The image logs nothing.
 #[test]
 fn an_image_on_chip_support_alone_flies_and_changes_the_bus() {
     let (mut flight, _) = flown();
@@ -45,8 +45,8 @@ fn an_image_on_chip_support_alone_flies_and_changes_the_bus() {
     assert_eq!(flight.lost_frames(SLAVE), 0);
 }
 
-/// Given the handler of SysTick and that of panics of the image itself, which know no program counter, when a task hangs or the
-/// application panics, then the board is reset, reports which of both it was, and is operational again.
+/// Given the handler of SysTick and that of panics of the image itself, which know no program counter, when a task
+/// hangs or the application panics, then the board is reset, reports the cause, and is operational again.
 #[test]
 fn its_own_handlers_end_a_program_that_hangs_or_panics() {
     let (mut flight, client) = flown();

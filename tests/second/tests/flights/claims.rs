@@ -1,5 +1,6 @@
-//! Faults that hide an active master from its standby. The active one claims with each heartbeat on both buses, so that a standby
-//! which hears one bus alone stays silent. Two that became active while neither bus worked meet by their claims.
+//! Faults that hide an active master from its standby. The active one claims with each heartbeat on both buses, so that
+//! a standby which hears one bus alone stays silent. Two masters that became active while both buses failed detect each
+//! other by their claims.
 //!
 //! Scripts of the fault campaign, with less time between the faults: node n sits at 2 n metres, the second master behind the last slave.
 
@@ -24,14 +25,14 @@ fn pair(slaves: u8) -> Flight {
     flight(&all)
 }
 
-/// Changes of the role of a master board after `from`, as its log has them.
+/// Returns the changes of the role of a master board after `from` in its log.
 fn roles(flight: &Recording, node: u8, from: Time) -> Vec<(Time, &str)> {
     let board = flight.board(node);
     let lines = flight.logs.iter().filter(|log| log.board == board && log.at > from);
     lines.filter_map(|log| Some((log.at, log.text.strip_prefix("this master board: ")?))).collect()
 }
 
-/// Prime is active since `from` and the other board silent; all slaves are Operational on `bus`, where prime is.
+/// Asserts that since `from` prime is active and the other board silent, and that all slaves are Operational on `bus`.
 fn assert_prime_serves_all(flight: &Flight, slaves: u8, bus: Bus, from: Time) {
     for node in [PRIME, SECOND] {
         assert_eq!(roles(flight, node, from), [], "{}", flight.log(node));
@@ -94,7 +95,8 @@ fn foreign_master_after_a_lost_stub_moves_no_role() {
     }
 }
 
-/// When a master board takes part in the nominal bus again after `from`: at once, unless it is bus-off then.
+/// Returns the time at which a master board takes part in the nominal bus again after `from`: at once, unless it is
+/// bus-off.
 fn hears_nominal_from(flight: &Recording, node: u8, from: Time) -> Time {
     let board = flight.board(node);
     let states =
@@ -107,8 +109,9 @@ fn hears_nominal_from(flight: &Recording, node: u8, from: Time) -> Time {
     }
 }
 
-/// Given a redundant bus that is short for ever, when the nominal one is short for 300 ms, then the standby takes over while the active
-/// master is bus-off. It yields within two heartbeat periods and 20 ms of collisions, from when neither is bus-off.
+/// Given a redundant bus that is permanently shorted, when the nominal one is shorted for 300 ms, then the standby
+/// takes over while the active master is bus-off. It yields within two heartbeat periods and 20 ms of collisions after
+/// both have left bus-off.
 ///
 /// Verifies: ECSS 8.1a
 #[test]

@@ -8,7 +8,7 @@ use twin::spacecraft::Bus;
 
 use flight::minimal::{SETUP, standard};
 
-/// A data sheet, read as a client does that knows nothing else.
+/// A data sheet, used without other knowledge of the device.
 struct Sheet(String);
 
 impl Sheet {
@@ -17,26 +17,26 @@ impl Sheet {
         Sheet(fs::read_to_string(path).unwrap())
     }
 
-    /// The value of a key in a section.
+    /// Returns the value of a key in a section.
     fn value(&self, section: &str, key: &str) -> Option<&str> {
         let lines = self.0.lines().skip_while(|line| *line != format!("[{section}]")).skip(1);
         let mut entries = lines.take_while(|line| !line.starts_with('['));
         entries.find_map(|line| line.strip_prefix(key)?.strip_prefix('='))
     }
 
-    /// A default value, a number or `$NODEID+number`.
+    /// Returns a default value, which is a number or `$NODEID+number`.
     fn number(&self, section: &str, node: u8) -> u32 {
         let text = self.value(section, "DefaultValue").unwrap();
         let (base, text) = text.strip_prefix("$NODEID+").map_or((0, text), |rest| (u32::from(node), rest));
         base + u32::from_str_radix(text.trim_start_matches("0x"), 16).unwrap()
     }
 
-    /// COB-ID of a TPDO.
+    /// Returns the COB-ID of a TPDO.
     fn cob_id(&self, number: u16, node: u8) -> u16 {
         (self.number(&format!("{:X}sub1", 0x1800 + number), node) & 0x7FF) as u16
     }
 
-    /// What a TPDO carries: names of the objects with their lengths in bits.
+    /// Returns the objects of a TPDO: names, and lengths in bits.
     fn mapped(&self, number: u16) -> Vec<(&str, usize)> {
         let mapping = 0x1A00 + number;
         let objects = 1..=self.number(&format!("{mapping:X}sub0"), 0);
@@ -51,8 +51,8 @@ impl Sheet {
     }
 }
 
-/// Given a flight of a minimal slave, when a client decodes what SYNC brings by the data sheet, then it reads the number of commands
-/// that the master has sent before.
+/// Given a flight of a minimal slave, when a client decodes the answers to SYNC by the data sheet, then it reads the
+/// number of commands that the master has sent before.
 ///
 /// Verifies: ECSS 9.2a
 #[test]
@@ -71,7 +71,7 @@ fn data_sheet_decodes_the_frames_of_a_minimal_slave() {
         let sent = flight.sent(1, Bus::Nominal, 0x300 + u16::from(SETUP.node));
         let before = sent.filter(|command| command.end < frame.start).count();
         let commands = u32::from_le_bytes(commands.try_into().unwrap()) as usize;
-        // One may be on its way through the slave.
+        // One may be in progress in the slave.
         assert!(commands == before || commands + 1 == before, "{commands} of {before}");
         assert!(led[0] <= 1);
         decoded += 1;

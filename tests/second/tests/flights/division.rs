@@ -11,7 +11,7 @@ use flight::{PYBOARD_V11, STANDARD, bare};
 const FLASH: u32 = 0x0800_0000;
 const RAM: u32 = 0x2000_0000;
 
-/// Numerators and denominators: edges of words and of signs with each other, and random ones of every length.
+/// Returns numerators and denominators: combinations of limits of words and signs, and random ones of every length.
 fn cases() -> Vec<[u64; 2]> {
     let near = |power: u32| [(1 << power) - 1, 1 << power, (1 << power) + 1];
     let edges: Vec<u64> =
@@ -26,7 +26,8 @@ fn cases() -> Vec<[u64; 2]> {
     edges.chain(lengths).filter(|[_, denominator]| *denominator != 0).collect()
 }
 
-/// The image with another reset vector: a program behind it divides all operands and stores what is returned in r0 to r3.
+/// Returns the image with another reset vector. A program after it divides all operands, and stores the results in r0
+/// to r3.
 fn dividing(image: &Image, function: &str, cases: &[[u64; 2]]) -> Image {
     let function = image.symbol(function).unwrap().address;
     let mut flash = image.flash().to_vec();
@@ -45,7 +46,7 @@ fn dividing(image: &Image, function: &str, cases: &[[u64; 2]]) -> Image {
     Image::from_flash(flash)
 }
 
-/// What a function of the image returns for each pair of operands: quotient and remainder. The RAM of a board holds the
+/// Returns quotient and remainder of a function of the image for each pair of operands. The RAM of a board holds the
 /// results of some thousand at once.
 fn divided(function: &str, cases: &[[u64; 2]]) -> Vec<[u64; 2]> {
     cases.chunks(4_000).flat_map(|cases| run(function, cases)).collect()

@@ -1,4 +1,4 @@
-//! A bus that is dominant for a moment, while a slave has something to report on it. A guest is its master.
+//! A bus that is dominant for a short time while a slave has a report. A guest is the master.
 
 use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
@@ -9,7 +9,8 @@ use flight::*;
 
 const SLAVE: u8 = 2;
 
-/// Slave 2 alone, Operational at 1 s. A guest starts it, sends the master's heartbeat every 250 ms, and these SDO requests.
+/// Returns a flight with slave 2, Operational at 1 s. A guest starts it, and sends the master's heartbeat every 250 ms
+/// and these SDO requests.
 fn flown(until: u64, requests: &[(u64, [u8; 8])]) -> Flight {
     let (mut flight, guest) = Flight::with_guest(&[MASTER_AND_THREE[1]], Bus::Nominal);
     let heartbeats = (100..until).step_by(250).map(|at| (at, WireFrame::standard(0x701, &[OPERATIONAL])));
@@ -26,21 +27,21 @@ fn flown(until: u64, requests: &[(u64, [u8; 8])]) -> Flight {
     flight
 }
 
-/// The bus is dominant from `at` on.
+/// Makes the bus dominant from `at` on for `span`.
 fn hold_dominant(flight: &mut Flight, at: Time, span: Time) {
     let wire = flight.twin.wire_mut(Bus::Nominal);
     wire.schedule(at, Fault::Short { position_m: 1.0, level: false }).unwrap();
     wire.schedule(at + span, Fault::ClearShorts).unwrap();
 }
 
-/// Data of the frames of the slave with this identifier that ended after `from`.
+/// Returns the data of the slave's frames with this identifier that ended after `from`.
 fn sent(flight: &Flight, id: u16, from: Time) -> Vec<Vec<u8>> {
     let later = flight.sent(SLAVE, Bus::Nominal, id).filter(|seen| seen.end > from);
     later.map(|seen| seen.data().to_vec()).collect()
 }
 
-/// Given a bus that is dominant for 0.05, 0.3 and 0.9 s, then the slave reports that its controller was error passive, and that this is
-/// over, once and in this order, or neither if it was over before the first message could go out. Its history has each.
+/// Given a bus that is dominant for 0.05, 0.3 and 0.9 s, then the slave reports error passive and its end once and in
+/// this order, or neither of them if the error had ended before the first message could be sent. Its history has each.
 ///
 /// Verifies: ECSS 6.4a.1
 #[test]
@@ -61,8 +62,8 @@ fn the_end_of_an_error_on_a_dominant_bus_is_never_reported_alone() {
     flight.assert_sound();
 }
 
-/// Given a PDO that is sent on events and is no state, when its frame falls into 0.7 s of a dominant bus, then the slave does not
-/// send it later. Its application gets the value that was not sent.
+/// Given a PDO that is sent on events and is no state, when the bus is dominant for 0.7 s at the time of its frame,
+/// then the slave does not send it later. Its application gets the unsent value.
 #[test]
 fn the_application_is_told_which_event_a_dominant_bus_took() {
     // TPDO 5: value 6210h, inhibit time 500 ms.

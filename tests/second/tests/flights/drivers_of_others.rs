@@ -1,4 +1,4 @@
-//! Drivers of others: `twin/foreign`. They work on silicon, so they must work here.
+//! Third-party drivers: `twin/foreign`. They work on silicon, so they must work on the twin.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig, WireRecord, W
 
 use flight::{PYBOARD_V11, bare, parsed};
 
-/// An image of `twin/foreign`, by the feature that chooses it.
+/// Returns the image of `twin/foreign` that a feature selects.
 fn image(feature: &str) -> Arc<Image> {
     let built = Package::of_workspace("foreign").build(feature).unwrap();
     parsed(&built[0])
@@ -59,27 +59,28 @@ fn bxcan_on_stm32f4xx_hal_passes_its_scenarios() {
     let wiring = Wiring { can1: Some(Bus::Nominal), can2: Some(Bus::Nominal) };
     let fittings = Fittings { wiring, ..Fittings::default() };
     let board = bare(PYBOARD_V11, image("pyboard-v11-bxcan"));
-    // The program has its controllers at other pins than a pyboard.
+    // The program uses other pins for its controllers than a pyboard.
     let at = |rx, tx| CanPins { rx, tx };
     let can = [at(Pin::new('A', 11), Pin::new('A', 12)), at(Pin::new('B', 5), Pin::new('B', 6))];
     let model = Model { pins: Pins { can, ..board.model.pins }, ..board.model };
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let id = spacecraft.add_board(BoardConfig { fittings, model, ..board });
     let refused = spacecraft.run_until(Time::from_ms(10_000)).unwrap_err();
-    // The warnings of the twin are not the program's.
+    // Warnings are from the twin, not from the program.
     let said = spacecraft.take_logs().into_iter().filter(|log| log.level != Some(Level::Warn));
     let lines: Vec<_> = said.map(|log| log.text).collect();
     let expected = SCENARIOS.map(|name| format!("scenario {name} passed"));
     assert_eq!(lines.split_last(), Some((&"done".to_owned(), &expected[..])), "{lines:#?}");
     assert_eq!(spacecraft.board(id).counters().panics, 0);
-    // What the twin does not model stops the board, and the error names it.
+    // An access that the twin does not model stops the board, and the error names it.
     assert_eq!((refused.address, refused.register.as_deref()), (0x4000_7400, Some("DAC.CR")), "{refused}");
     let function = refused.function.as_deref().unwrap_or_else(|| panic!("{refused}"));
     assert!(function.ends_with("::beyond"), "{refused}");
     assert!(refused.to_string().contains(&format!("in {function} ")), "{refused}");
 }
 
-/// Two boards with embassy-stm32's CAN driver, chosen by `feature`, 10 m apart: 0 asks, 1 answers.
+/// Returns two boards with embassy-stm32's CAN driver, selected by `feature`, at a distance of 10 m: board 0 asks,
+/// board 1 answers.
 fn two_with_embassy(feature: &str) -> Spacecraft {
     let image = image(feature);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
@@ -97,7 +98,7 @@ fn fly_to(spacecraft: &mut Spacecraft, ms: u64) {
     spacecraft.run_until(Time::from_ms(ms)).unwrap();
 }
 
-/// Numbers in the frames that a board completed.
+/// Returns the numbers in the frames that a board completed.
 fn numbers(records: &[WireRecord], board: usize) -> Vec<u32> {
     let of_board = |record: &WireRecord| match &record.record {
         Observation::Completed { trace, .. } if trace.transmitter == board => {
@@ -123,14 +124,14 @@ fn embassys_driver_talks_both_ways() {
     assert!(log.len() == 2 && [0, 1].iter().all(|&board| log.contains(&started(board))), "{log:?}");
 }
 
-/// Given a bus that shows one level whatever is sent, when it heals, then boards that went bus-off come back by themselves and
-/// go on from the frame that waited.
+/// Given a bus that is stuck at one level, when it is repaired, then boards in bus-off recover by themselves and
+/// continue with the pending frame.
 #[test]
 fn embassys_driver_recovers_from_bus_off() {
     let mut spacecraft = two_with_embassy("pyboard-v11");
     fly_to(&mut spacecraft, 20);
     spacecraft.take_frames();
-    // Recessive: the sender meets a bit error with its first bit, again and again.
+    // Recessive: the sender detects a bit error at its first bit in each attempt.
     let short = Fault::Short { position_m: 5.0, level: true };
     spacecraft.wire_mut(Bus::Nominal).schedule(Time::from_ms(20), short).unwrap();
     fly_to(&mut spacecraft, 40);
@@ -143,7 +144,7 @@ fn embassys_driver_recovers_from_bus_off() {
     assert_eq!((counters.transmit, counters.receive), (0, 0));
     let records = spacecraft.take_frames();
     let (asked, answered) = (numbers(&records, 0), numbers(&records, 1));
-    // One question for each millisecond since 20 ms: the ticker makes up for those that waited.
+    // One question for each millisecond since 20 ms: the ticker catches up delayed ones.
     assert!((75..=81).contains(&asked.len()), "{}", asked.len());
     assert!(asked.is_sorted_by(|one, next| one + 1 == *next), "{asked:?}");
     assert_eq!(answered, asked);
@@ -152,8 +153,8 @@ fn embassys_driver_recovers_from_bus_off() {
     assert_eq!((said("the bus fails"), said("the bus works again")), (1, 1), "{logs:#?}");
 }
 
-/// Given the clock of embassy-time on TIM3, TIM4 or TIM12, which have 16 bits, then a question is asked each millisecond, also when
-/// the timer has turned over three times.
+/// Given the clock of embassy-time on TIM3, TIM4 or TIM12, which have 16 bits, then a question is asked each
+/// millisecond, even after three overflows of the timer.
 #[test]
 fn embassys_time_driver_runs_on_timers_of_16_bits() {
     for timer in ["tim3", "tim4", "tim12"] {

@@ -10,11 +10,11 @@ use twin::spacecraft::{Bus, GuestId, Spacecraft, SpacecraftConfig};
 use flight::{PYBOARD_V11, bare, parsed};
 
 const HEARTBEAT: u16 = 0x703;
-/// Of the default profile.
+/// Heartbeat period of the default profile.
 const PERIOD_MS: u64 = 100;
 const OPERATIONAL: u8 = 5;
 
-/// All of the driver, and the driver behind the trait `embedded_can::nb::Can`.
+/// Program with the complete driver. The next one uses the trait `embedded_can::nb::Can`.
 const BXCAN: &str = "bxcan-slave";
 const NONBLOCKING: &str = "nonblocking-slave";
 
@@ -24,7 +24,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// The slave that is this program was started by its master, and is Operational.
+    /// Returns a bench in which the slave with this program was started and is Operational.
     fn operational(program: &str) -> Bench {
         let built = Package::of_workspace("embassy-slave").build(PYBOARD_V11).unwrap();
         let image = built.iter().find(|image| image.ends_with(program)).unwrap();
@@ -46,7 +46,7 @@ impl Bench {
         assert!(self.twin.boards().all(|(_, board)| board.counters().panics == 0));
     }
 
-    /// Frames of the slave since the last call, each with its end in milliseconds.
+    /// Returns the frames of the slave since the last call, each with its end in milliseconds.
     fn heard(&mut self) -> Vec<(u64, u16, Vec<u8>)> {
         let of_slave = |(at, event): (Time, GuestEvent)| match event {
             GuestEvent::Received(frame) => {
@@ -58,7 +58,8 @@ impl Bench {
         self.twin.take_heard(self.guest).into_iter().filter_map(of_slave).collect()
     }
 
-    /// Ends of its heartbeats since the last call, in milliseconds. All have this state, and it has sent nothing else.
+    /// Returns the ends of its heartbeats since the last call, in milliseconds. Asserts that all have this state, and
+    /// that it has sent no other frame.
     fn heartbeats(&mut self, state: u8) -> Vec<u64> {
         let heard = self.heard().into_iter();
         heard
@@ -68,8 +69,8 @@ impl Bench {
     }
 }
 
-/// Given embassy's driver of bxCAN, whole or behind the trait of embedded-can, then the slave boots, obeys NMT, serves SDO, and takes
-/// and sends PDOs.
+/// Given embassy's driver of bxCAN, complete or by the trait of embedded-can, then the slave boots, obeys NMT, serves
+/// SDO, and takes and sends PDOs.
 #[test]
 fn slaves_on_embassys_driver_serve_their_master() {
     for program in [BXCAN, NONBLOCKING] {
@@ -96,7 +97,8 @@ fn serves(bench: &mut Bench) {
     assert_eq!(bench.heartbeats(OPERATIONAL).len() as u64, 2_000 / PERIOD_MS);
 }
 
-/// A PDO of this slave is not acknowledged for most of a second: its master was away as soon as the command had left.
+/// Returns a bench in which a PDO of this slave is not acknowledged for most of a second, because its master was
+/// removed after the command.
 fn unheard(program: &str) -> Bench {
     let mut bench = Bench::operational(program);
     bench.heard();
@@ -126,8 +128,8 @@ fn pdo_that_nobody_acknowledges_is_aborted() {
     assert!(bench.heard().contains(&(2_160, 0x583, answer)), "it took the command");
 }
 
-/// The limit that docs/ports.md names: given a driver without abort, then the old PDO leaves when the master is back, and the first
-/// heartbeat that was not heard. Of those that waited for the driver, the last one alone has not expired.
+/// Given a driver without abort, then the old PDO and the first unacknowledged heartbeat are sent when the master is
+/// back, which is the limit in docs/ports.md. Of the frames in the queue only the last one has not expired.
 #[test]
 fn pdo_in_a_driver_without_abort_leaves_late() {
     let mut bench = unheard(NONBLOCKING);
@@ -137,8 +139,8 @@ fn pdo_in_a_driver_without_abort_leaves_late() {
     assert_eq!(ids, [0x183, HEARTBEAT, HEARTBEAT], "{heard:?}");
 }
 
-/// Given a bus that shows one level whatever is sent, when it heals, then the controller is back by itself (ABOM), and the slave is
-/// Operational.
+/// Given a bus that is stuck at one level, when it is repaired, then the controller recovers by itself (ABOM), and the
+/// slave is Operational.
 #[test]
 fn slaves_on_embassys_driver_survive_bus_off() {
     for program in [BXCAN, NONBLOCKING] {

@@ -1,7 +1,7 @@
 //! Two slave boards with one Node-ID that boot together with equal clocks.
 //!
-//! Their frames are equal and start in the same bit: on the wire they are one frame, and neither board hears the other. The
-//! unique IDs of the chips part them: see `docs/decisions/node-id-clashes.md`.
+//! Their frames are equal and start in the same bit: on the wire they are one frame, and neither board hears the other.
+//! The unique IDs of the chips separate them: see `docs/decisions/node-id-clashes.md`.
 
 use can_wire::time::Time;
 use flight::*;
@@ -11,16 +11,16 @@ use twin::spacecraft::Bus;
 const COLLISION: [u8; 2] = [0x50, 0x81];
 /// Heartbeat period of profile `standard`.
 const PERIOD_MS: u64 = 100;
-/// Heartbeat periods within which two boards part: 32 bits, and the first heartbeat is on time.
+/// Heartbeat periods within which two boards are separated: 32 bits, and the first heartbeat is on time.
 const PERIODS: u64 = 33;
-/// Pattern of late heartbeats of slave 2: CRC-32C of its unique ID, 0000_0002h, 3430_3546h, 2054_5749h, as a program in another
-/// language has it.
+/// Pattern of late heartbeats of slave 2: CRC-32C of its unique ID, 0000_0002h, 3430_3546h, 2054_5749h, computed by a
+/// program in another language.
 const PATTERN_OF_TWO: u32 = 0x5047_A5AD;
 /// Boards of one Node-ID, by their index on the wire.
 const EQUAL: [usize; 2] = [2, 3];
 
-/// Master, slave 2, and two boards of Node-ID 3 with equal crystals that are powered together. They fly for as many heartbeat
-/// periods as two boards need at most, and five seconds longer.
+/// Master, slave 2, and two boards of Node-ID 3 with equal crystals that are powered together. They fly for the largest
+/// number of heartbeat periods that two boards need, and five seconds longer.
 fn fly(images: &Images, ppm: f64) -> Flight {
     let [master, two, three, _] = MASTER_AND_THREE;
     let three = BoardSetup { ppm, ..three };
@@ -30,12 +30,13 @@ fn fly(images: &Images, ppm: f64) -> Flight {
     flight
 }
 
-/// Frames of a board on the nominal bus with this COB-ID.
+/// Returns the frames of a board on the nominal bus with this COB-ID.
 fn of(flight: &Flight, board: usize, id: u16) -> impl Iterator<Item = &Seen> {
     flight.on(Bus::Nominal).filter(move |seen| seen.sender == board && seen.id() == Some(id))
 }
 
-/// One of the equal boards reports a collision within 33 heartbeat periods and is silent from then on. The other one goes on.
+/// Asserts that one of the equal boards reports a collision within 33 heartbeat periods and is silent afterwards, and
+/// that the other one continues.
 fn assert_one_yields(images: &Images, ppm: f64) {
     let flight = fly(images, ppm);
     let reports = |board: usize| flight.logs.iter().filter(move |log| log.board.0 == board);
@@ -46,9 +47,9 @@ fn assert_one_yields(images: &Images, ppm: f64) {
     };
     assert!(at < ms(MASTER_AND_THREE[2].power_on_ms + 300 + PERIODS * PERIOD_MS), "{} us", at.as_us());
     let emergencies = |board: usize| of(&flight, board, 0x083).filter(|seen| seen.data()[..2] == COLLISION);
-    // The other one reports it too where a heartbeat was on its way already.
+    // The other one reports it too if a heartbeat was already on the wire.
     assert!((1..=2).contains(&EQUAL.into_iter().flat_map(emergencies).count()));
-    // A frame that was in its mailbox may still go out.
+    // A frame in its mailbox may still be sent.
     let late = flight.on(Bus::Nominal).filter(|seen| seen.sender == silent && seen.end > at + ms(100));
     assert_eq!(late.count(), 0, "board {silent} is silent");
     let other = EQUAL[usize::from(silent == EQUAL[0])];
@@ -59,8 +60,8 @@ fn assert_one_yields(images: &Images, ppm: f64) {
     flight.assert_sound();
 }
 
-/// Given two boards with one Node-ID, equal crystals and one instant of power-on, when they fly, then one of them hears the
-/// other within 33 heartbeat periods, reports it and is silent; the other one goes on.
+/// Given two boards with one Node-ID, equal crystals and one instant of power-on, when they fly, then one of them hears
+/// the other within 33 heartbeat periods, reports it and is silent. The other one continues.
 ///
 /// Verifies: ECSS 6.10h
 #[test]
@@ -75,8 +76,8 @@ fn images(kbit: u64) -> Images {
     if kbit == 125 { rates::at(125, "standard") } else { STANDARD.clone() }
 }
 
-/// Given a slave, then its heartbeats are late by four of the longest frames where its unique ID has a bit for it, and on the
-/// grid of the period else: 540 us at 1 Mbit/s, 4,320 us at 125 kbit/s.
+/// Given a slave, then its heartbeats are late by four of the longest frames if a bit of its unique ID is set, and in
+/// the grid of the period otherwise: 540 us at 1 Mbit/s, 4,320 us at 125 kbit/s.
 #[test]
 fn unique_id_makes_heartbeats_late() {
     for (kbit, delay_us) in [(1_000, 540), (125, 4_320)] {

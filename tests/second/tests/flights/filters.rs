@@ -18,22 +18,22 @@ const F15R2: u32 = 0x2BC;
 /// The first bank of CAN2.
 const CAN2: u32 = 14;
 
-/// All nodes are Operational.
+/// Time of the flip, when all nodes are Operational.
 const FLIP_MS: u64 = 3_000;
-/// What is wrong is mended within 5 s.
+/// Time by which the filters are repaired: within 5 s.
 const END_MS: u64 = FLIP_MS + 5_000;
 
 fn active_banks(flight: &Flight, node: u8) -> u32 {
     flight.emulated(node).can_register(FA1R).unwrap()
 }
 
-/// The first and the last active bank of each controller.
+/// Returns the first and the last active bank of each controller.
 fn outer_banks(active: u32) -> u32 {
     let of_one = |banks: u32| 1 << banks.trailing_zeros() | 1 << banks.ilog2();
     of_one(active & ((1 << CAN2) - 1)) | of_one(active & !((1 << CAN2) - 1))
 }
 
-/// Clears these bits of each node, and flies on.
+/// Clears active banks in each node, and asserts that they are repaired.
 fn assert_mended(mut flight: Flight, nodes: &[u8]) {
     flight.fly_to(FLIP_MS);
     let before: Vec<u32> = nodes.iter().map(|node| active_banks(&flight, *node)).collect();
@@ -57,8 +57,8 @@ fn flipped_filters_of_every_node_are_mended() {
     assert_mended(standby::flight(&standby::ALL), &[standby::SECOND]);
 }
 
-/// Given a master and a slave, when a bit flips in a register of the filters, in a copy of the flight for each, then it is mended within
-/// 5 s.
+/// Given a master and a slave, when a bit flips in a register of the filters, in a copy of the flight for each, then it
+/// is repaired within 5 s.
 ///
 /// Verifies: ECSS 6.10d
 #[test]
@@ -70,7 +70,7 @@ fn flipped_bits_of_filter_registers_are_mended() {
         let mut copy = flight.clone();
         let board = copy.emulated_mut(node);
         let [fmr, before] = [FMR, register].map(|register| board.can_register(register).unwrap());
-        // The program cannot write most of them while FINIT is clear, an upset can.
+        // The program cannot write most of them while FINIT is clear, but an upset can change them.
         let writes = [(FMR, fmr | 1), (register, before ^ 1 << bit)].into_iter();
         for (register, value) in writes.chain((register != FMR).then_some((FMR, fmr))) {
             board.set_can_register(register, value).unwrap();

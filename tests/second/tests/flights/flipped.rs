@@ -1,6 +1,6 @@
 //! One bit of a COB-ID or of the Node-ID flips in the memory of a running node (ECSS 6.10d, k).
 //!
-//! A copy of the flight flies for each place in RAM that holds the identifier or its complement.
+//! A copy of the flight is run for each place in RAM that holds the identifier or its complement.
 
 use std::collections::BTreeSet;
 
@@ -9,9 +9,9 @@ use flight::*;
 /// Static RAM of the F405 without its last 16 KiB, and the core-coupled memory.
 const MEMORIES: [(u32, usize); 2] = [(0x2000_0000, 112 << 10), (0x1000_0000, 64 << 10)];
 
-/// All nodes are Operational.
+/// Time of the flip, when all nodes are Operational.
 const FLIP_MS: u64 = 3_000;
-/// 32 heartbeats later each COB-ID was compared.
+/// End of a flight, when each COB-ID was compared: 32 heartbeats later.
 const END_MS: u64 = FLIP_MS + 32 * 100 + 500;
 
 /// EMCY code 5000h, hardware, whose first byte of information names a flipped bit.
@@ -33,12 +33,12 @@ fn flight() -> Flight {
     flight
 }
 
-/// COB-IDs that a node sends.
+/// Returns the COB-IDs that a node sends.
 fn sent(flight: &Flight, node: u8) -> BTreeSet<u16> {
     flight.of(node).filter_map(Seen::id).collect()
 }
 
-/// Places in the memory of a node where these bytes are.
+/// Returns the places of these bytes in the memory of a node.
 fn places(flight: &Flight, node: u8, bytes: &[u8]) -> Vec<u32> {
     let board = flight.emulated(node);
     let mut places = Vec::new();
@@ -50,15 +50,15 @@ fn places(flight: &Flight, node: u8, bytes: &[u8]) -> Vec<u32> {
     places
 }
 
-/// What followed from a flipped bit.
+/// Effects of a flipped bit.
 struct Outcome {
-    /// The node reported it.
+    /// Whether the node reported it.
     is_reported: bool,
     /// Frames of the node with a COB-ID that it did not use before.
     strange: Vec<u16>,
 }
 
-/// A copy of the flight in which one bit of `node` flips.
+/// Runs a copy of the flight in which one bit of `node` flips.
 fn flip(flight: &Flight, node: u8, address: u32, bit: u32) -> Outcome {
     let mut copy = flight.clone();
     let before = sent(flight, node);
@@ -95,9 +95,9 @@ fn flip_all(flight: &Flight, node: u8, id: u16) -> usize {
     reported
 }
 
-/// Given a node in flight, when a bit flips in any place that holds the COB-ID of one of its PDOs, then no frame with another
-/// COB-ID leaves it. It mends and reports the copies that it keeps: the object, the one that the service uses and its complement,
-/// the one for comparison and its complement.
+/// Given a node in flight, when a bit flips in any place that holds the COB-ID of one of its PDOs, then no frame with
+/// another COB-ID leaves it. It repairs and reports the copies that it keeps: the object, the one that the service uses
+/// and its complement, the one for comparison and its complement.
 ///
 /// Verifies: ECSS 6.10d
 #[test]
@@ -108,14 +108,14 @@ fn a_flipped_bit_sends_no_false_cob_id() {
         assert!(sent(&flight, node).contains(&id));
         assert!(flip_all(&flight, node, id) >= COPIES * BITS.len(), "node {node}: {id:03X}h");
     }
-    // The master computes that of a command from the program: it keeps no copy that it could mend.
+    // The master computes the COB-ID of a command from the program, so it has no copy to repair.
     let command = 0x300 + u16::from(SLAVE);
     assert!(sent(&flight, MASTER).contains(&command));
     flip_all(&flight, MASTER, command);
 }
 
-/// Given a slave in flight, when a bit flips in any byte that equals its Node-ID, then no frame with the COB-ID of another node
-/// leaves it. It mends and reports each of the three copies that it keeps.
+/// Given a slave in flight, when a bit flips in any byte that equals its Node-ID, then no frame with the COB-ID of
+/// another node leaves it. It repairs and reports each of the three copies that it keeps.
 ///
 /// Verifies: ECSS 6.10k
 #[test]

@@ -1,22 +1,24 @@
-//! Heartbeats of nodes that do not count: the master reports them, and no node changes its bus.
+//! Heartbeats of foreign nodes: the master reports them, and no node changes its bus.
 
 use can_wire::frame::WireFrame;
 use twin::spacecraft::Bus;
 
 use flight::*;
 
-/// The master and slave 2: a second node in its books, and silence of one would be the share that moves it.
+/// Returns a flight with the master and slave 2. If the master counted a second node, the silence of one would be the
+/// share that moves it.
 fn master_and_one(images: Option<&Images>) -> Flight {
     let setups = &MASTER_AND_THREE[..2];
     images.map_or_else(|| Flight::new(setups), |images| Flight::with(setups, images))
 }
 
-/// The words that the master spoke on the redundant bus.
+/// Returns the number of frames that the master sent on the redundant bus.
 fn strayed(flight: &Flight) -> usize {
     flight.of(MASTER).filter(|seen| seen.bus == Bus::Redundant).count()
 }
 
-/// One heartbeat of a node that does not exist, then silence for longer than the consumer time.
+/// Given one heartbeat of a node that does not exist, then silence for longer than the consumer time, then no node
+/// changes its bus.
 #[test]
 fn one_heartbeat_of_a_node_that_does_not_exist_moves_nobody() {
     for (images, until_ms) in [(Some(&*STANDARD), 4_500), (None, 8_000)] {
@@ -38,7 +40,8 @@ fn one_heartbeat_of_a_node_that_does_not_exist_moves_nobody() {
     }
 }
 
-/// It goes on and on, and on the bus that is not the active one; then it is silent.
+/// Given continuous heartbeats of a foreign node on the inactive bus, when it becomes silent, then no node changes its
+/// bus.
 #[test]
 fn heartbeats_of_a_foreign_node_on_the_other_bus_move_nobody() {
     for (images, until_ms) in [(Some(&*STANDARD), 6_000), (None, 20_000)] {
@@ -55,8 +58,8 @@ fn heartbeats_of_a_foreign_node_on_the_other_bus_move_nobody() {
     }
 }
 
-/// Given a foreign node that is heard three times and never answers, then each heartbeat after an unanswered question makes it be asked
-/// again. Ten consumer times after a heartbeat it is forgotten.
+/// Given a foreign node that is heard three times and never answers, then it is asked again at each heartbeat after an
+/// unanswered question. Ten consumer times after a heartbeat it is forgotten.
 #[test]
 fn a_foreign_node_is_forgotten_and_asked_again_when_it_returns() {
     let mut flight = master_and_one(Some(&*STANDARD));

@@ -10,12 +10,13 @@ use twin::spacecraft::Bus;
 const RAM: u32 = 0x2000_0000;
 const RAM_BYTES: usize = 128 << 10;
 
-/// The fault strikes after the flight was copied.
+/// Time of the fault, after the copy of the flight.
 const CUT_MS: u64 = 6_000;
 const COPIED_MS: u64 = 5_000;
 const END_MS: u64 = 10_000;
 
-/// Master and three slaves with crystals that drift; next to the master the nominal bus is cut.
+/// Returns a flight of a master and three slaves with drifting crystals, and a cut of the nominal bus next to the
+/// master.
 fn flight() -> Flight {
     let mut flight = Flight::of(&MASTER_AND_THREE, |setup| {
         let drifts = Crystal { drift_ppm_per_s: 0.05, walk_ppb: 2.0, seed: 7, ..Crystal::ppm(setup.ppm) };
@@ -26,7 +27,7 @@ fn flight() -> Flight {
     flight
 }
 
-/// Counters, core registers and RAM of all boards.
+/// Returns counters, core registers and RAM of all boards.
 fn boards(flight: &Flight) -> Vec<(Counters, Registers, Vec<u8>)> {
     let state = |board: &EmulatedBoard| {
         (board.counters(), board.registers(), board.read_memory(RAM, RAM_BYTES).unwrap())
@@ -59,7 +60,7 @@ fn copy_and_original_continue_exactly_alike() {
     assert_equal(&original, &reference, "original");
 }
 
-/// Given two copies, when one of them loses a board, then the other one does not notice.
+/// Given two copies, when one of them loses a board, then the other one is not affected.
 #[test]
 fn copies_share_no_state() {
     let mut original = flight();

@@ -1,4 +1,4 @@
-//! Who a slave is: by its straps, by the Node-ID stored in its flash, and how that is changed in maintenance mode.
+//! The Node-ID of a slave: its straps, the stored Node-ID in its flash, and its change in maintenance mode.
 
 use can_wire::frame::WireFrame;
 use twin::pin::Pin;
@@ -40,7 +40,7 @@ fn store(flight: &mut Flight, node: u8, copies: &[u16]) {
     board.write_flash(at, &log.collect::<Vec<_>>().concat()).unwrap();
 }
 
-/// The copies in a page of the log in the flash of a board that were not replaced.
+/// Returns the copies in a page of the log in the flash of a board that were not replaced.
 fn stored(flight: &Flight, node: u8, page: u32) -> Vec<u16> {
     let board = flight.emulated(node);
     let at = board.symbol("__store_start").unwrap().address + page * 128 * 1024;
@@ -63,12 +63,13 @@ fn set_maintenance(flight: &mut Flight, node: u8, is_closed: bool) {
 
 const READ: [u8; 8] = [0x40, 0x46, 0x20, 1, 0, 0, 0, 0];
 
-/// Stores this Node-ID: itself, its complement, "ID".
+/// Returns the request that stores this Node-ID: the Node-ID, its complement, "ID".
 const fn storing(id: u8) -> [u8; 8] {
     [0x23, 0x46, 0x20, 1, id, !id, 0x49, 0x44]
 }
 
-/// Given boards with straps, stored copies, both or neither, when they are powered, then each is who both agree on, or silent.
+/// Given boards with straps, stored copies, both or neither, when they are powered, then each has the Node-ID on which
+/// both agree, or is silent.
 ///
 /// Verifies: ECSS 6.10e, 6.10f, 6.10k
 #[test]
@@ -81,7 +82,7 @@ fn a_board_is_who_straps_and_store_agree_on_or_silent() {
     // No straps: the store decides.
     strap(&mut flight, 5, None);
     store(&mut flight, 5, &copies(5));
-    // It contradicts the straps.
+    // The store contradicts the straps.
     store(&mut flight, 6, &copies(7));
     // No straps, and no two copies agree.
     strap(&mut flight, 8, None);
@@ -106,7 +107,7 @@ fn a_board_is_who_straps_and_store_agree_on_or_silent() {
 fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
     let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE[..3], Bus::Nominal);
     set_maintenance(&mut flight, 3, true);
-    // A master that starts everyone, resets everyone, and is lost: nothing of it is for a board in maintenance mode.
+    // A master that starts all nodes, resets all nodes, and is lost. A board in maintenance mode ignores all this.
     flight.twin.inject(guest, ms(700), WireFrame::standard(0x000, &[0x01, 0]));
     flight.twin.inject(guest, ms(720), WireFrame::standard(0x000, &[0x82, 0]));
     flight.fly_to(1000);
@@ -114,7 +115,7 @@ fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
     let acknowledged = flight.on(Bus::Nominal).any(|seen| seen.end > ms(500) && seen.reached.contains(&3));
     assert!(acknowledged, "{}", flight.log(3));
     assert_eq!(flight.ask(guest, 127, READ)[4..], [0; 4], "nothing is stored");
-    // Not the master's, not without its complement: 06090030h, 08000020h.
+    // Neither the Node-ID of the master nor one without its complement is accepted: 06090030h, 08000020h.
     assert_eq!(flight.ask(guest, 127, storing(1))[4..], [0x30, 0x00, 0x09, 0x06]);
     let [.., complement, i, d] = storing(7);
     let wrong = [0x23, 0x46, 0x20, 1, 5, complement, i, d];
@@ -124,7 +125,7 @@ fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
     assert_eq!(stored(&flight, 3, 0), copies(7));
     assert_eq!(flight.ask(guest, 127, READ), [0x43, 0x46, 0x20, 1, 7, 0, 0, 0]);
 
-    // Its straps still say 3.
+    // Its straps are still those of 3.
     set_maintenance(&mut flight, 3, false);
     flight.reset(3);
     let from = flight.end;
@@ -173,8 +174,8 @@ fn no_node_id_is_stored_outside_of_maintenance_mode() {
     flight.assert_sound();
 }
 
-/// Given straps that change in flight, when NMT resets the board, then it is who it was; when its reset pin is pulled, it is in
-/// maintenance mode as its straps say.
+/// Given straps that change in flight, when NMT resets the board, then it keeps its Node-ID. When its reset pin is
+/// pulled, it enters maintenance mode by its straps.
 ///
 /// Verifies: ECSS 6.10g, 6.10k
 #[test]

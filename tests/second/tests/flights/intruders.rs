@@ -1,4 +1,4 @@
-//! Nodes that speak as the master does, and two boards with one Node-ID.
+//! Foreign nodes with identifiers of the master, and two boards with one Node-ID.
 
 use std::sync::{LazyLock, Mutex};
 
@@ -14,15 +14,15 @@ const COLLISION: [u8; 2] = [0x50, 0x81];
 /// EMCY code 8130h, heartbeat error, as on the wire.
 const HEARTBEAT_ERROR: [u8; 2] = [0x30, 0x81];
 
-/// A guest sends `frame` every `period_ms` from `from_ms` to `to_ms`.
+/// Lets a guest send `frame` every `period_ms` from `from_ms` to `to_ms`.
 fn babble(flight: &mut Flight, guest: GuestId, frame: WireFrame, period_ms: u64, [from_ms, to_ms]: [u64; 2]) {
     for at in (from_ms..to_ms).step_by(period_ms as usize) {
         flight.twin.inject(guest, ms(at), frame);
     }
 }
 
-/// Master and slaves 2 and 3 on the redundant bus at 3 s: the nominal one was cut next to the master. Flown once, and copied for each
-/// intruder.
+/// Returns a flight with master and slaves 2 and 3 on the redundant bus at 3 s, after a cut of the nominal bus next to
+/// the master. It is run once, and copied for each intruder.
 fn after_fail_over() -> (Flight, GuestId) {
     static FLOWN: LazyLock<Mutex<(Flight, GuestId)>> = LazyLock::new(|| Mutex::new(fail_over()));
     FLOWN.lock().unwrap().clone()
@@ -37,18 +37,18 @@ fn fail_over() -> (Flight, GuestId) {
     (flight, guest)
 }
 
-/// Emergencies of `node` with this code.
+/// Returns the emergencies of `node` with this code.
 fn emergencies(flight: &Flight, node: u8, code: [u8; 2]) -> Vec<(Bus, Time)> {
     let all = flight.of(node).filter(|seen| seen.id() == Some(0x080 + u16::from(node)));
     all.filter(|seen| seen.data()[..2] == code).map(|seen| (seen.bus, seen.end)).collect()
 }
 
-/// What the slaves made of an intruder: executed commands before it, nodes 2 and 3.
+/// Asserts that an intruder costs at most one period. `before`: commands that nodes 2 and 3 executed before it.
 fn assert_cost_one_period(flight: &mut Flight, before: [u32; 2], bus: Bus, period: u64) {
     println!("every {period} ms");
     flight.assert_operational([2, 3], bus);
     for (node, before) in [2, 3].into_iter().zip(before) {
-        // Commands come every 100 ms: of 40, those of one heartbeat period (250 ms) may be lost.
+        // Commands are sent every 100 ms. Of 40, those of one heartbeat period (250 ms) may be lost.
         let executed = flight.executed(node) - before;
         assert!(executed >= 40 - 3, "node {node}, every {period} ms: {executed} of 40\n{}", flight.log(node));
         assert_eq!(emergencies(flight, node, COLLISION).len(), 1, "every {period} ms\n{}", flight.log(node));
@@ -56,8 +56,8 @@ fn assert_cost_one_period(flight: &mut Flight, before: [u32; 2], bus: Bus, perio
     flight.assert_nothing_lost();
 }
 
-/// Given a master that left the nominal bus, when a node there sends 701h for 4 s, then each slave goes there once at most
-/// and says so.
+/// Given a master that left the nominal bus, when a node there sends 701h for 4 s, then each slave changes to that bus
+/// at most once, and reports it.
 ///
 /// Verifies: ECSS 8.3.3c
 #[test]
@@ -75,7 +75,8 @@ fn intruder_heartbeat_on_left_bus_costs_one_period() {
     }
 }
 
-/// The intruder sends all the time, before the cut, too: the slaves hear no silence on the bus that the master leaves.
+/// Given an intruder that sends at all times, even before the cut, then the slaves detect no silence on the bus that
+/// the master leaves, and lose one period.
 #[test]
 fn intruder_heartbeat_before_the_cut_costs_one_period() {
     for period in [10, 50, 240] {
@@ -90,7 +91,7 @@ fn intruder_heartbeat_before_the_cut_costs_one_period() {
     }
 }
 
-/// A command on the bus that is not active neither moves a slave that follows its master, nor is it obeyed.
+/// Given a command on the inactive bus, then a slave that follows its master neither changes the bus nor obeys it.
 ///
 /// Verifies: ECSS 8.3.3g
 #[test]
@@ -111,7 +112,8 @@ fn intruder_command_on_left_bus_moves_no_slave() {
     }
 }
 
-/// Given whole buses, when a node sends 701h on the idle one for 4 s, then each slave goes there once and comes back.
+/// Given buses without a fault, when a node sends 701h on the idle one for 4 s, then each slave changes to it once and
+/// returns.
 #[test]
 fn intruder_heartbeat_on_idle_bus_costs_one_period() {
     let mut undisturbed = Flight::new(&MASTER_AND_THREE[..3]);
@@ -130,8 +132,8 @@ fn intruder_heartbeat_on_idle_bus_costs_one_period() {
     }
 }
 
-/// Given a cut next to the master, when a node keeps sending a command to a node that does not exist, then the slave with
-/// selective access searches on and finds the master, a consumer time late at most.
+/// Given a cut next to the master, when a node keeps sending a command to a node that does not exist, then the slave
+/// with selective access continues its search and finds the master, at most a consumer time later.
 ///
 /// Verifies: ECSS 8.3.3g, 8.3.3h
 #[test]
@@ -149,7 +151,7 @@ fn babbled_command_does_not_hold_up_a_search() {
     flight.assert_nothing_lost();
 }
 
-/// Given Ttoggle 1, the miss and the switch fall together: the EMCY goes out on the bus that is being left.
+/// Given Ttoggle 1, so that miss and switch coincide, then the EMCY is sent on the bus that is being left.
 ///
 /// Verifies: ECSS 8.3.3e
 #[test]
@@ -165,15 +167,15 @@ fn emcy_of_a_missed_master_precedes_the_switch() {
     let told = emergencies(&flight, 4, HEARTBEAT_ERROR);
     let (toggled, _) = flight.heartbeats(4, Bus::Redundant)[0];
     assert!(toggled.since(last) < ms(2_500 + 4), "{} us", toggled.since(last).as_us());
-    // Another slave acknowledged it there. The master hears of it where the slave finds it.
+    // Another slave acknowledged it there. It is repeated on the bus where the slave finds the master.
     assert_eq!(told.len(), 2, "{}", flight.log(4));
     assert!(told[0].0 == Bus::Nominal && told[0].1 < toggled, "{told:?}");
     assert!(told[1].0 == Bus::Redundant && told[1].1 > toggled, "{told:?}");
     flight.assert_nothing_lost();
 }
 
-/// The application of slave 4, with selective access, chooses the redundant bus by command. The master is not there: the
-/// slave searches, comes back after Ttoggle consumer times and is started. Slave 2, with parallel access, declines.
+/// Given slave 4 with selective access, when its application chooses the redundant bus by command, where there is no
+/// master, then it searches, returns after Ttoggle consumer times and is started. Slave 2 with parallel access refuses.
 ///
 /// Verifies: ECSS 8.2.3a
 #[test]
@@ -197,8 +199,9 @@ fn application_of_a_selective_slave_chooses_the_bus() {
     flight.assert_nothing_lost();
 }
 
-/// Given a slave that has worked for a consumer time, when a foreign node sends heartbeats with its Node-ID and another state, in
-/// step with the slave, faster and slower, then the master reports the clash once and withholds few commands before.
+/// Given a slave that has worked for a consumer time, when a foreign node sends heartbeats with its Node-ID and another
+/// state, in step with the slave, faster and slower, then the master reports the collision once, and withholds few
+/// commands before.
 ///
 /// Verifies: ECSS 6.10h
 #[test]
@@ -220,7 +223,7 @@ fn foreign_double_of_a_slave_costs_few_commands() {
     }
 }
 
-/// Given two boards with one Node-ID, the one that booted last is silent, and one of them says why.
+/// Given two boards with one Node-ID, then the one that booted last is silent, and one of them reports the reason.
 ///
 /// Verifies: ECSS 6.10h
 #[test]
@@ -238,10 +241,10 @@ fn second_board_with_a_node_id_yields() {
         let (elder, newcomer) = if alive(2) { (2, 3) } else { (3, 2) };
         let said: Vec<&Seen> = of(elder, 0x703).filter(|seen| seen.end > ms(2000)).collect();
         assert!(said.len() >= 15, "powered at {second_ms} ms");
-        // Two that boot together answer the same SDO requests: their boot-up may fail, and the master says so.
+        // Two boards that boot together answer the same SDO requests. Their boot-up may fail, which the master reports.
         let is_started = said.iter().all(|seen| seen.data() == [OPERATIONAL]);
         assert!(is_started || second_ms < 100, "powered at {second_ms} ms\n{}", flight.log(3));
-        // That of the newcomer may still wait for its inhibit time when it falls silent.
+        // That of the newcomer may still be delayed by its inhibit time when it becomes silent.
         let mut told = [elder, newcomer].into_iter().flat_map(|board| of(board, 0x083));
         assert!(told.any(|seen| seen.data()[..2] == COLLISION), "powered at {second_ms} ms");
         let late = flight.on(Bus::Nominal).filter(|seen| seen.sender == newcomer && seen.end > ms(2000));

@@ -1,4 +1,4 @@
-//! LEDs (docs/wiring.md) and statistics of slaves tell heartbeats of the master, SYNC and the spacecraft time apart.
+//! LEDs (docs/wiring.md) and statistics of slaves for heartbeats of the master, SYNC and the spacecraft time.
 
 use can_wire::time::Time;
 use twin::pin::Pin;
@@ -29,13 +29,13 @@ fn leds_toggle_with_what_a_slave_hears() {
     }
 }
 
-/// Numbers in a line.
+/// Returns the numbers in a line.
 fn numbers(line: &str) -> Vec<usize> {
     line.split(|c: char| !c.is_ascii_digit()).filter_map(|number| number.parse().ok()).collect()
 }
 
-/// Given a SYNC every 100 ms and 50 commands a second, then each board logs its statistics with every hundredth one: they are what
-/// the bus has carried up to then.
+/// Given a SYNC every 100 ms and 50 commands a second, then each board logs its statistics with every hundredth SYNC,
+/// and they equal the frames on the bus until then.
 #[test]
 fn statistics_in_the_log_are_what_the_bus_carried() {
     let mut flight = minimal::standard(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], minimal::SETUP]);
@@ -62,7 +62,7 @@ fn statistics_in_the_log_are_what_the_bus_carried() {
     let found = numbers(&line.text[line.text.find("sent").unwrap()..]);
     let sent = [(0x080, 2), (0x302, 2), (0x305, 5), (0x402, 2), (0x405, 5)]
         .map(|(id, node)| carried(line.at, id, node));
-    // One of each may be on its way.
+    // One of each may be in transmission.
     assert!(found[0] == sent[0], "{} {sent:?}", line.text);
     assert!((0..=2).contains(&(found[1] - sent[1] - sent[2])), "{} {sent:?}", line.text);
     assert!((0..=2).contains(&(found[2] - sent[3] - sent[4])), "{} {sent:?}", line.text);

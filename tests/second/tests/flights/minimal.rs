@@ -1,7 +1,7 @@
 //! Minimal slaves (ECSS 9) fly with the shipped master alone.
 //!
-//! A request goes to one of four receive PDOs: 205h keeps bytes, 505h asks for them by 485h, and 305h and 405h take commands and
-//! requests of the mission, as full slaves do. With each SYNC comes 285h: commands executed and the state of the LED.
+//! There are four receive PDOs: 205h keeps bytes, 505h requests them by 485h, and 305h and 405h take commands and
+//! requests of the mission, as full slaves do. 285h follows each SYNC, with commands executed and the state of the LED.
 
 use std::sync::LazyLock;
 
@@ -28,11 +28,12 @@ fn minimal_slave_sends_heartbeats_and_no_boot_up_message() {
     assert!(heartbeats.iter().all(|(_, state)| *state == OPERATIONAL), "{heartbeats:?}");
     assert!(heartbeats.len() >= 28, "{heartbeats:?}");
     let ends: Vec<Time> = heartbeats.iter().map(|(at, _)| *at).collect();
-    // Up to nine frames may go first.
+    // Up to nine frames may be sent first.
     assert!(gaps(&ends).all(|gap| about(ms(100), Time::from_us(9 * 135)).contains(&gap)));
 }
 
-/// Nothing but heartbeat, telemetry and what SYNC asks for: no EMCY, no SDO, no time. There is no request by 505h in this flight.
+/// Given a minimal slave, then it sends only heartbeats, telemetry and answers to SYNC: no EMCY, no SDO, no time. There
+/// is no request by 505h in this flight.
 ///
 /// Verifies: ECSS 9.4.1b
 #[test]
@@ -41,7 +42,8 @@ fn minimal_slave_sends_objects_of_the_minimal_set_only() {
     assert_eq!(FLIGHT.on(Bus::Redundant).count(), 0);
 }
 
-/// The time stamp object is 100h; the spacecraft time of full slaves goes by a PDO.
+/// Given a minimal slave, then no node sends the time stamp object (100h). The spacecraft time of full slaves is sent
+/// by a PDO.
 ///
 /// Verifies: ECSS 9.4.7.1b
 #[test]
@@ -49,7 +51,8 @@ fn nobody_sends_the_time_stamp_object_to_a_minimal_slave() {
     assert_eq!(FLIGHT.with_id(0x100).count(), 0);
 }
 
-/// The master asks in turn for ten values: the three that the slave knows, once a second each, come back at once.
+/// Given a master that requests ten values in turn, then the slave answers the three that it knows, once a second each,
+/// without delay.
 ///
 /// Verifies: ECSS 9.4.3b.1
 #[test]
@@ -64,14 +67,14 @@ fn the_minimal_slave_answers_each_request_and_no_command() {
     assert_eq!(replies.count(), requests.len(), "a command is not answered");
 }
 
-/// Requests for the three values that the minimal slave knows.
+/// Returns the requests for the three values that the minimal slave knows.
 fn requests(flight: &Recording) -> Vec<&Seen> {
     let of_values = |seen: &&Seen| [1, 2, 3].contains(&seen.data()[0]) && seen.end < ms(2_990);
     flight.sent(MASTER, Bus::Nominal, 0x405).filter(of_values).collect()
 }
 
-/// Given images for a bit rate, when the master asks for telemetry and the bus is free for it but for one frame, then it ends within
-/// the stated delay.
+/// Given images for a bit rate, when the master requests telemetry and at most one frame precedes it, then it ends
+/// within the stated delay.
 ///
 /// Verifies: ECSS 9.4.4a
 #[test]
@@ -96,7 +99,7 @@ fn telemetry_comes_within_the_stated_delay_of_its_request() {
     }
 }
 
-/// Every command was executed: the slave sends their number in 285h, with every SYNC.
+/// Given commands of the master, then each is executed, which the number in 285h after each SYNC shows.
 ///
 /// Verifies: ECSS 9.4.1c
 /// Verifies: ECSS 9.4.3b.2
@@ -120,7 +123,7 @@ fn sync_brings_the_number_of_executed_commands() {
     assert!(count >= 20, "{count}");
 }
 
-/// Figures 9-1 and 9-2: any length of a command, of a request and of telemetry.
+/// Given any length of a command, of a request and of telemetry, then the slave handles it (Figures 9-1 and 9-2).
 ///
 /// Verifies: ECSS 9.3a
 /// Verifies: ECSS 9.4.2a
@@ -152,7 +155,7 @@ fn commands_requests_and_telemetry_have_any_length() {
     flight.assert_nothing_lost();
 }
 
-/// Module control, time, SDO, emergencies, and frames of a wrong length: no answer, no change.
+/// Given module control, time, SDO, emergencies, and frames of a wrong length, then there is no answer and no change.
 ///
 /// Verifies: ECSS 9.4.6.1a
 /// Verifies: ECSS 9.4.7.1a
@@ -220,7 +223,7 @@ fn minimal_slave_that_hangs_or_faults_is_reset() {
     }
 }
 
-/// As pyboards do (`tests/flight`), a slave on another board finds the bus of the master.
+/// Given a slave on another board than a pyboard (`tests/flight`), then it finds the bus of the master.
 #[test]
 fn minimal_slave_on_another_board_follows_by_its_search() {
     assert_slaves_followed(&mixed(NUCLEO_F446RE));

@@ -16,7 +16,7 @@ const LEFT_OF_MASTER_M: f64 = 2.0;
 const LEFT_OF_FOUR_M: f64 = 20.0;
 const CUT: Time = Time::from_ms(1_013);
 
-/// When the master changed the bus, by its first words there.
+/// Returns the times at which the master changed the bus, by its first frames there.
 fn switches(flight: &Flight) -> Vec<(Time, Bus)> {
     let mut switches: Vec<(Time, Bus)> = Vec::new();
     for seen in flight.frames.iter().filter(|seen| seen.sender == 0) {
@@ -27,7 +27,7 @@ fn switches(flight: &Flight) -> Vec<(Time, Bus)> {
     switches.split_off(1)
 }
 
-/// Flies until the nominal bus is cut at this place, and the redundant one, where it is.
+/// Flies until the nominal bus is cut at this place, and the redundant one too, if it has a place.
 fn cut(mut flight: Flight, nominal_m: f64, redundant_m: Option<f64>) -> Flight {
     flight.fly(CUT);
     flight.twin.wire_mut(Bus::Nominal).cut(nominal_m);
@@ -35,8 +35,9 @@ fn cut(mut flight: Flight, nominal_m: f64, redundant_m: Option<f64>) -> Flight {
     flight
 }
 
-/// Profile `standard`, consumer time 250 ms, Ttoggle 2: slave 4 is on the other bus 500 ms after the cut. Profile `librecube`: it has
-/// selective access and is there 12.5 s after the last heartbeat that it heard. The master stays where all are heard.
+/// Profile `standard`, consumer time 250 ms, Ttoggle 2: slave 4 is on the other bus 500 ms after the cut. Profile
+/// `librecube`: it has selective access and is there 12.5 s after the last heartbeat that it heard. The master stays on
+/// the bus where all slaves are heard.
 #[test]
 fn a_lost_minority_is_found_on_the_other_bus() {
     let flights = [(Flight::with(&SPREAD, &STANDARD), 1_600, 12_000), (Flight::new(&SPREAD), 26_000, 27_013)];
@@ -51,8 +52,8 @@ fn a_lost_minority_is_found_on_the_other_bus() {
     }
 }
 
-/// Each bus reaches two of three slaves: one try from each, and no going to and fro. Where the other bus reaches slave 4 alone, the
-/// master is back after the settling time, and does not try again.
+/// Given buses that each reach two of three slaves, then the master tries the other bus once, and does not alternate.
+/// If the other bus reaches only slave 4, the master returns after the settling time, and does not try again.
 #[test]
 fn a_bus_that_reaches_no_more_slaves_is_tried_once() {
     for (place_of_three_m, back_within) in [(8.0, None), (1.0, Some(ms(710)))] {
@@ -72,7 +73,7 @@ fn a_bus_that_reaches_no_more_slaves_is_tried_once() {
     }
 }
 
-/// Cut off from both buses, slave 4 is heard nowhere.
+/// Given slave 4 cut off from both buses, then the master stays on its bus.
 #[test]
 fn a_slave_that_is_heard_nowhere_moves_nobody() {
     let flight = Flight::with(&SPREAD, &STANDARD);

@@ -16,10 +16,10 @@ const SETUPS: [BoardSetup; 4] = [
     MASTER_AND_THREE[3],
 ];
 
-/// The nominal bus breaks next to the master; slave 4 has to search for it.
+/// A flight in which the nominal bus breaks next to the master, so that slave 4 must search for it.
 static FLIGHT: LazyLock<Recording> = LazyLock::new(|| Flight::new(&SETUPS).cut_next_to_master(CUT, 15_500));
 
-/// The straps of both models number their slaves, and both boot on the default bus.
+/// Given boards of both models, then their straps give their Node-IDs, and both boot on the default bus.
 #[test]
 fn boards_of_both_models_boot_and_are_started() {
     for setup in SETUPS {
@@ -47,7 +47,7 @@ fn commands_reach_boards_of_both_models_on_both_buses() {
     }
 }
 
-/// Wrong parity on the F446's own pins.
+/// Given wrong parity on the pins of the F446, then the board is silent.
 #[test]
 fn an_f446_without_valid_straps_is_silent() {
     let mut flight = Flight::new(&[SETUPS[0], BoardSetup { parity: false, ..SETUPS[2] }]);

@@ -17,7 +17,7 @@ use flight::minimal::minimal_image;
 use flight::*;
 
 const TWO_CONTROLLERS: u8 = 5;
-/// On a pyboard and on a NUCLEO.
+/// Slaves with one controller, on a pyboard and on a NUCLEO.
 const ONE_CONTROLLER: [u8; 2] = [6, 7];
 /// The pin that selects the transceiver, on both boards (docs/wiring.md).
 const SWITCH: Pin = Pin::new('B', 13);
@@ -59,14 +59,15 @@ fn flight() -> Flight {
     })
 }
 
-/// The nominal bus breaks next to the master.
+/// Time at which the nominal bus breaks next to the master.
 const CUT: Time = Time::from_ms(2_013);
 /// Ttoggle consumer times.
 const TOGGLING: Time = Time::from_ms(500);
 
 static FLIGHT: LazyLock<Recording> = LazyLock::new(|| flight().cut_next_to_master(CUT, 5_000));
 
-/// From the last heartbeat of the master on the nominal bus to the first one of a slave on the redundant bus.
+/// Returns the time from the master's last heartbeat on the nominal bus to the first one of a slave on the redundant
+/// bus.
 fn search(recording: &Recording, node: u8) -> Time {
     let last = recording.heartbeats(MASTER, Bus::Nominal).last().unwrap().0;
     let (found, state) = recording.heartbeats(node, Bus::Redundant)[0];
@@ -86,7 +87,7 @@ fn slave_with_one_controller_follows_by_its_search() {
     FLIGHT.assert_operational(SETUPS.map(|setup| setup.node), Bus::Redundant);
 }
 
-/// On one bus at a time: what reaches it, and what it sends.
+/// Given a slave with one controller, then it receives and sends on one bus at a time.
 #[test]
 fn slave_with_one_controller_is_on_one_bus_at_a_time() {
     for node in ONE_CONTROLLER {
@@ -98,7 +99,8 @@ fn slave_with_one_controller_is_on_one_bus_at_a_time() {
     }
 }
 
-/// Commands that reached it were executed once, before and after the cut: 286h tells their number with each SYNC.
+/// Given a slave with one controller, then each command that reached it was executed once, before and after the cut.
+/// 286h has their number after each SYNC.
 #[test]
 fn slave_with_one_controller_executes_each_command_once() {
     for node in ONE_CONTROLLER {
@@ -116,7 +118,8 @@ fn slave_with_one_controller_executes_each_command_once() {
     }
 }
 
-/// No frame was cut off on either bus, and nobody saw an error but those next to the cut.
+/// Given a change of the bus, then no frame was interrupted on either bus, and only nodes next to the cut detected
+/// errors.
 #[test]
 fn switch_disturbs_neither_bus() {
     let is_error =
@@ -125,8 +128,9 @@ fn switch_disturbs_neither_bus() {
     assert_eq!(later.find(|record| is_error(&record.record)), None);
 }
 
-/// Given a nominal bus that is dominant for ever, which lets no controller off, then a slave with one controller finds its master
-/// on the redundant bus all the same, some 50 ms later than after a cut: so long the driver waits.
+/// Given a nominal bus that is permanently dominant, so that no controller can leave it, then a slave with one
+/// controller still finds its master on the redundant bus, some 50 ms later than after a cut. The driver waits that
+/// long.
 #[test]
 fn always_dominant_bus_does_not_keep_one_controller_slave() {
     let mut flight = flight();

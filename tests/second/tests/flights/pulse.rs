@@ -1,6 +1,6 @@
-//! Pulses of the boards' driver on emulated boards: every edge is at the tick that was asked for.
+//! Pulses of the boards' driver on emulated boards: each edge is at the requested tick.
 //!
-//! The program is `pulse` of `firmware/checks`: a pulse every millisecond and 37/256 µs. Beside it no task runs.
+//! The program is `pulse` of `firmware/checks`: a pulse every millisecond and 37/256 µs. No other task runs.
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Edge, EmulatedBoard};
@@ -10,13 +10,13 @@ use twin::pin::Pin;
 use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed, words};
 
 const PIN: Pin = Pin::new('B', 1);
-/// Between two pulses, in units of 2^-8 µs.
+/// Time between two pulses, in units of 2^-8 µs.
 const STEP: u64 = 256_000 + 37;
 
 struct Flown {
     board: EmulatedBoard,
     edges: Vec<Edge>,
-    /// First instant asked for, pulses made, pulses refused.
+    /// First requested instant. The next fields are the pulses made and refused.
     first: u64,
     made: u32,
     refused: u32,
@@ -33,8 +33,8 @@ fn flown(name: &str, ppm: f64) -> Flown {
     Flown { board, edges, first: u64::from(low) | u64::from(high) << 32, made, refused }
 }
 
-/// Given instants at all fractions of a microsecond, when the driver is asked for them, then each edge is at the nearest count
-/// of TIM5, whatever the crystal, and each pulse lasts 20 µs.
+/// Given instants at all fractions of a microsecond, when pulses are requested at them, then each edge is at the
+/// nearest count of TIM5 for any crystal, and each pulse lasts 20 µs.
 #[test]
 fn each_edge_is_at_the_tick_that_was_asked_for() {
     // The discovery board captures by channels 3 and 4 of TIM5, so that channel 1 starts its pulses, and channel 3 those of the others.

@@ -48,8 +48,8 @@ fn controllers_have_the_bit_timing_of_their_network() {
 /// Rates of the standard beside 1 Mbit/s, kbit/s.
 const REQUIRED: [&str; 3] = ["500", "250", "125"];
 
-/// Given what the images offer, the features of their manifests and the rates in their data sheets, then each image that offers a
-/// rate beside those of the standard offers all of these.
+/// Given the rates of the images in their manifests and data sheets, then each image with a rate in addition to those
+/// of the standard has all rates of the standard.
 ///
 /// Verifies: ECSS 5.4.2b
 #[test]

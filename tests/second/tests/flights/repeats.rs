@@ -1,4 +1,4 @@
-//! Masters that start again: no command is lost, and none is executed twice.
+//! Masters that restart: no command is lost, and none is executed twice.
 
 use twin::spacecraft::BoardId;
 

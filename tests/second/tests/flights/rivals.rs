@@ -1,4 +1,4 @@
-//! Somebody else sends the master's heartbeat, 701h: the master says so and goes on.
+//! A foreign node sends the master's heartbeat, 701h: the master reports it and continues.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -6,7 +6,7 @@ use twin::spacecraft::{Bus, GuestId};
 
 use flight::*;
 
-/// What the master answers when the guest reads 1001h, or 1003h sub 1.
+/// Returns the answer of the master when the guest reads 1001h, or 1003h sub 1.
 fn read(flight: &mut Flight, guest: GuestId, at: Time, index: u16) -> u32 {
     let [low, high] = index.to_le_bytes();
     let sub = u8::from(index == 0x1003);
@@ -15,14 +15,15 @@ fn read(flight: &mut Flight, guest: GuestId, at: Time, index: u16) -> u32 {
     u32::from_le_bytes(answer[4..].try_into().unwrap())
 }
 
-/// Heartbeats of a second master on either bus for 500 ms; Ttoggle consumer times are 500 ms.
+/// Given heartbeats of a second master on either bus for 500 ms, then the master reports a collision until it is
+/// silent. Ttoggle consumer times are 500 ms.
 #[test]
 fn a_second_master_is_reported_as_collision_until_it_is_silent() {
     for bus in Bus::ALL {
         let mut flight = Flight::with(&MASTER_AND_THREE[..1], &STANDARD);
         let asking = flight.twin.add_guest(Bus::Nominal, 30.0);
         let rival = flight.twin.add_guest(bus, 31.0);
-        // Between those of the master: two frames that are alike and begin at once are one on the bus.
+        // Between those of the master, because equal frames with the same start merge on the bus.
         for beat in 0..10 {
             flight.twin.inject(rival, ms(1_045 + 50 * beat), WireFrame::standard(0x701, &[OPERATIONAL]));
         }
@@ -30,7 +31,7 @@ fn a_second_master_is_reported_as_collision_until_it_is_silent() {
         let told = flight.assert_said(1, "another master", ms(1_000));
         assert!(told < ms(1_047), "{} us", told.as_us());
         assert_eq!(read(&mut flight, asking, ms(1_110), 0x1001) & 0x11, 0x11, "generic, communication");
-        // The first byte of what the error carries is its bus.
+        // The first byte of the error's information is its bus.
         assert_eq!(read(&mut flight, asking, ms(1_120), 0x1003), 0x8150 | (bus as u32) << 16);
         flight.fly_to(1_985);
         assert_eq!(read(&mut flight, asking, ms(1_987), 0x1001) & 0x11, 0x11, "492 ms after the last");

@@ -1,4 +1,4 @@
-//! Saves under load: heartbeats keep their time, no frame is lost, and nobody changes the bus.
+//! Saves under load: heartbeats are on time, no frame is lost, and no node changes the bus.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -42,7 +42,7 @@ impl Loaded {
         }
     }
 
-    /// Sends a request to `node`; its answer and the time it took.
+    /// Sends a request to `node`, and returns its answer and the time until it.
     fn ask(&mut self, node: u8, request: [u8; 8]) -> (Vec<u8>, Time) {
         let (from, known) = (self.flight.end, self.flight.on(Bus::Nominal).count());
         self.flight.twin.inject(self.client, from, WireFrame::standard(0x600 + u16::from(node), &request));

@@ -1,4 +1,4 @@
-//! The self-test of the boards: all is well, and each fault once by its name.
+//! The self-test of the boards: without a fault, and with each fault by its name.
 
 use can_wire::fault::Fault;
 use can_wire::time::Time;
@@ -13,7 +13,7 @@ use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed};
 
 const BOARDS: [&str; 3] = [PYBOARD_V11, NUCLEO_F446RE, STM32F4DISCOVERY];
 
-/// Strap of node 2 and SYNC LED of a board.
+/// Returns the strap of node 2 and the SYNC LED of a board.
 fn pins(name: &str) -> (Pin, Pin) {
     match name {
         PYBOARD_V11 => (Pin::new('A', 3), Pin::new('B', 4)),
@@ -22,7 +22,7 @@ fn pins(name: &str) -> (Pin, Pin) {
     }
 }
 
-/// What a flight showed.
+/// Results of a flight.
 struct Flown {
     /// Lines of the log at level info.
     good: Vec<String>,
@@ -30,11 +30,11 @@ struct Flown {
     bad: Vec<String>,
     /// Times at which the SYNC LED went on.
     blinks: usize,
-    /// The LED is on at the end.
+    /// Whether the LED is on at the end.
     is_lit: bool,
 }
 
-/// What is wrong with a board, and with the buses on which it hangs alone.
+/// Faults of a board and of its buses, which have no other node.
 struct Bench<'a> {
     fittings: Fittings,
     has_straps: bool,
@@ -43,7 +43,7 @@ struct Bench<'a> {
     option_bytes: Option<u32>,
 }
 
-/// Nothing is wrong.
+/// Returns a bench without a fault.
 fn sound() -> Bench<'static> {
     let fittings = Fittings::default();
     Bench { fittings, has_straps: true, faults: &[], defect: None, option_bytes: None }
@@ -81,7 +81,7 @@ fn flown(name: &str, bench: &Bench<'_>, ms: u64) -> Flown {
     }
 }
 
-/// Given a board as it should be, then every check is good and the LED stays on.
+/// Given a board without a fault, then every check passes and the LED stays on.
 #[test]
 fn sound_board_passes_every_check() {
     for board in BOARDS {
@@ -105,7 +105,8 @@ fn sound_board_passes_every_check() {
     }
 }
 
-/// The first check that fails on each board is `number`: the log has these reports and a sum, and the LED blinks the number.
+/// Asserts that the first failing check on each board is `number`: the log has these reports and a summary, and the LED
+/// blinks the number.
 fn assert_reports(bench: &Bench<'_>, number: usize, reports: &[&str]) {
     for board in BOARDS {
         let Flown { bad, blinks, is_lit, .. } = flown(board, bench, 1_000 + 500 * number as u64);
@@ -136,7 +137,7 @@ fn each_fault_is_reported_by_its_name_and_number() {
     }
 }
 
-/// Given a broken oscillator, then no check begins, the log says why, and the LED blinks without end.
+/// Given a broken oscillator, then no check starts, the log has the reason, and the LED keeps blinking.
 #[test]
 fn broken_oscillator_is_reported_before_any_check() {
     for board in BOARDS {
@@ -160,7 +161,7 @@ const RQCP0: u32 = 1 << 0;
 const TXOK0: u32 = 1 << 1;
 const LBKM: u32 = 1 << 30;
 
-/// Given a controller with bits that are stuck, then the check of that controller names what does not work.
+/// Given a controller with bits that are stuck, then the check of that controller names the failing function.
 #[test]
 fn broken_controllers_are_reported_with_what_fails() {
     let (nominal, redundant) = ("2 controller of the nominal bus", "3 controller of the redundant bus");
@@ -171,7 +172,7 @@ fn broken_controllers_are_reported_with_what_fails() {
         (MSR, 0, INAK, "Start", Some("Dominant")),
         (TSR, RQCP0, 0, "Transmit", Some("Controller(Transmit)")),
         (TSR, TXOK0, 0, "Error(", None),
-        // It listens to its pins and says nothing: nothing goes out.
+        // It listens to its pins and sends nothing.
         (BTR, LBKM, 0, "Transmit", None),
         // 5500FFAAh with its lowest bit set.
         (RDLR0, 0, 1, "Content(1365, 1426128811)", None),
@@ -207,13 +208,13 @@ fn exchanged_capture_wires_are_reported() {
     assert_reports(&Bench { defect: Some(Defect::ExchangedCaptures), ..sound() }, 6, &reports);
 }
 
-/// Given a prescaler that divides by half as much as it is to, then 10 ms of the timer are 840 000 cycles of the core, and some
-/// hundred for reading both.
+/// Given a prescaler with half of its value, then 10 ms of the timer are 840 000 cycles of the core, and some hundred
+/// for reading both.
 #[test]
 fn wrong_clock_is_reported_with_its_cycles() {
     for board in BOARDS {
         let bench = Bench { defect: Some(Defect::Apb1Prescaler), ..sound() };
-        // The LED, too, goes twice as fast: it blinks each second.
+        // The LED is twice as fast too: it blinks each second.
         let Flown { bad, blinks, is_lit, .. } = flown(board, &bench, 700);
         let rate = bad[0].strip_prefix("1 clock: Rate(").and_then(|rest| rest.split_once(')'));
         let cycles: u32 = rate.and_then(|(cycles, _)| cycles.parse().ok()).unwrap_or_default();
@@ -223,7 +224,7 @@ fn wrong_clock_is_reported_with_its_cycles() {
     }
 }
 
-/// Given sectors of the parameter store that take no word, here by the option bytes, then there is no store.
+/// Given write-protected sectors of the parameter store, then there is no store.
 #[test]
 fn failing_flash_is_reported_as_no_store() {
     // Sectors 6, 7 and 10, 11: the last two of either part.

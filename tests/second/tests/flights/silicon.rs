@@ -1,4 +1,5 @@
-//! What boards meet and a core with ideal memory does not: a broken oscillator, a probe that is pulled, slow flash.
+//! Effects of real boards that a core with ideal memory does not have: a broken oscillator, a removed probe, slow
+//! flash.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -9,8 +10,8 @@ use twin::spacecraft::Bus;
 
 use flight::*;
 
-/// Given a slave whose HSE does not start, when it is powered, then it stays on HSI and off both buses, says so in its log,
-/// and its LEDs take turns.
+/// Given a slave whose HSE does not start, when it is powered, then it stays on HSI and off both buses, logs that, and
+/// its LEDs alternate.
 ///
 /// Verifies: ECSS 6.10f
 #[test]
@@ -40,7 +41,7 @@ fn board_without_oscillator_stays_silent_and_says_so() {
     }
 }
 
-/// Given a board whose oscillator starts 1.5 s after power-on, longer than the board waits for it at first, then the board is silent
+/// Given a board whose oscillator starts 1.5 s after power-on, later than its first timeout, then the board is silent
 /// until then, boots, and is operational.
 ///
 /// Verifies: ECSS 6.10f
@@ -62,13 +63,14 @@ fn board_with_late_oscillator_boots_when_it_runs() {
     }
 }
 
-/// Where the program writes next in the buffer of its log: up channel 0 of the RTT control block.
+/// Returns the write index of the log buffer: up channel 0 of the RTT control block.
 fn log_index(flight: &Flight, node: u8) -> u32 {
     let [_, _, _, _, _, _, _, _, _, write] = words(flight.emulated(node), "_SEGGER_RTT");
     write
 }
 
-/// Given a probe that had the log in blocking mode, when it is pulled and the log overflows, then the boards fly on.
+/// Given a probe that had set the log to blocking mode, when it is removed and the log overflows, then the boards
+/// continue.
 #[test]
 fn pulled_probe_stops_no_board() {
     const BUFFER: u32 = 1024;
@@ -98,7 +100,8 @@ fn pulled_probe_stops_no_board() {
     flight.assert_sound();
 }
 
-/// Prefetch, instruction cache and data cache are on, with 5 wait states; no prefetch on revision A of the F405.
+/// Given a started board, then prefetch, instruction cache and data cache are on, with 5 wait states. Revision A of the
+/// F405 has no prefetch.
 #[test]
 fn flash_accelerator_is_on_after_the_start() {
     let [_, slave, other, _] = MASTER_AND_THREE;
@@ -116,7 +119,7 @@ fn flash_accelerator_is_on_after_the_start() {
     }
 }
 
-/// One flight with each timing of the flash: the same frames, and cycles that rank as they must.
+/// Given a flight with each timing of the flash, then frames are equal, and cycles are in the expected order.
 #[test]
 fn wait_states_cost_cycles_and_the_accelerator_saves_them() {
     let cycles = |timing: FlashTiming| {
@@ -133,7 +136,7 @@ fn wait_states_cost_cycles_and_the_accelerator_saves_them() {
     assert!(ideal < set && set < off, "{ideal} {set} {off} cycles per instruction");
 }
 
-/// Given boards on real flash timing, when the flight is repeated, then every frame comes at the same tick.
+/// Given boards on real flash timing, when the flight is repeated, then each frame is sent at the same tick.
 #[test]
 fn flight_with_wait_states_repeats_to_the_tick() {
     let ends = || {

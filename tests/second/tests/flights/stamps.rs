@@ -15,7 +15,8 @@ const PERIOD: Time = ms(100);
 const SYNCS: u64 = 100;
 const BIT_ERRORS: f64 = 1e-5;
 
-/// 84 counts are a microsecond: what the boards promise (48 ns) with the rounding of the measurement.
+/// Largest error: the specified one of the boards (48 ns) and the rounding of the measurement. 84 counts are a
+/// microsecond.
 const PROMISED_NS: f64 = 60.0;
 
 /// Boards that fly, and whether they have capture wires.
@@ -55,8 +56,8 @@ fn counts(board: &EmulatedBoard) -> Counts {
     Counts { captured: stamps.captured, missed: stamps.missed, last: stamps.last }
 }
 
-/// All boards, each with its own crystal, stamp the frames that reached them within 100 ns of their ends; none takes
-/// another frame for a SYNC, and hardly a SYNC goes without.
+/// Asserts that all boards, each with its own crystal, stamp received frames within 100 ns of their ends, that none
+/// takes another frame for a SYNC, and that few SYNCs have no stamp.
 fn assert_true(boards: Boards, load: f64) {
     let outcome = flown(boards, load, BIT_ERRORS, SYNCS, counts);
     let Outcome { frames, wrong, unread, missed, destroyed, .. } = outcome;
@@ -70,9 +71,9 @@ fn assert_true(boards: Boards, load: f64) {
     assert!(outcome.worst_ns() <= PROMISED_NS, "{told}");
     assert!(outcome.captured_share() > 0.98, "{told}");
     assert!((outcome.load - load).abs() < 0.05, "{told}");
-    // Six nodes, ten seconds: errors strike, mostly in frames at 90 %.
+    // Six nodes, ten seconds: there are many errors, mostly in frames at 90 %.
     assert!(destroyed as f64 > 300.0 * load, "{destroyed} destroyed, {told}");
-    // Every SYNC was either stamped or counted with its reason, by each of the four boards.
+    // Each of the four boards either stamped a SYNC or counted it with its reason.
     let answered = outcome.errors_ns.len() as u64 + missed.iter().sum::<u64>();
     assert!((4 * SYNCS..4 * SYNCS + 4).contains(&answered), "{answered} answered, {told}");
 }
@@ -96,7 +97,7 @@ fn without_capture_wires_stamps_are_those_of_the_interrupts() {
     assert_eq!(others, [0; 3]);
 }
 
-/// The trial itself can tell: of a program whose stamps are a bit off none is true.
+/// Given a program whose stamps are one bit off, then the trial accepts none of them.
 #[test]
 fn a_stamp_one_bit_off_is_that_of_another_frame() {
     let late = |board: &EmulatedBoard| {

@@ -1,7 +1,7 @@
 //! The parameter store of the boards on emulated flash: power fails in each of its operations.
 //!
-//! The program is `parameter_store` of `firmware/checks`. At each start it reports which set it finds, then saves the next one. With PC0 to
-//! ground it saves a long set before.
+//! The program is `parameter_store` of `firmware/checks`. At each start it reports the set that it finds, and saves the
+//! next one. With PC0 at ground it saves a long set first.
 
 use std::sync::OnceLock;
 
@@ -21,19 +21,19 @@ fn board(name: &str) -> EmulatedBoard {
     EmulatedBoard::new(bare(name, image), 0)
 }
 
-/// The whole flash.
+/// Returns the complete flash.
 fn flash(board: &EmulatedBoard) -> Vec<u8> {
     board.read_memory(FLASH_BASE, board.config().model.part.flash_bytes() as usize).unwrap()
 }
 
-/// Another board with the same flash.
+/// Returns another board with the same flash.
 fn copy(board: &EmulatedBoard) -> EmulatedBoard {
     let mut copy = EmulatedBoard::new(board.config().clone(), 0);
     copy.write_flash(FLASH_BASE, &flash(board)).unwrap();
     copy
 }
 
-/// What the program says of its last start.
+/// Report of the program about its last start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Report {
     state: u32,
@@ -48,7 +48,7 @@ fn report(board: &EmulatedBoard) -> Report {
     Report { state, found, saved, damaged, mixed }
 }
 
-/// Runs until the program has nothing more to do, or power fails.
+/// Runs until the program is done, or power fails.
 fn run(board: &mut EmulatedBoard) {
     board.power(true);
     let end = board.now() + Time::from_ms(3000);
@@ -58,7 +58,7 @@ fn run(board: &mut EmulatedBoard) {
     assert_eq!(board.counters().panics, 0, "{:?}", board.take_log());
 }
 
-/// A start from power-on until it is done.
+/// Runs a start from power-on until it is done.
 fn start(board: &mut EmulatedBoard) -> Report {
     board.power(false);
     run(board);
@@ -67,8 +67,8 @@ fn start(board: &mut EmulatedBoard) -> Report {
     report
 }
 
-/// Starts once for each operation of a start and each kind of remains, with power failing there; `check` gets what the
-/// start after that says.
+/// Starts once for each operation of a start and each kind of partial result, with a loss of power at that operation.
+/// `check` gets the report of the next start.
 fn cut_at_each_operation(board: &EmulatedBoard, mixtures: u64, check: impl Fn(u64, Remains, Report)) -> u64 {
     let mut whole = copy(board);
     start(&mut whole);
@@ -86,7 +86,7 @@ fn cut_at_each_operation(board: &EmulatedBoard, mixtures: u64, check: impl Fn(u6
     operations
 }
 
-/// A board whose page the next start leaves, for another one that holds something; and the short set it holds.
+/// Returns a board whose next start changes to another page that is not empty, and the number of its short set.
 fn full_page() -> (EmulatedBoard, u32) {
     static FLASH: OnceLock<Vec<u8>> = OnceLock::new();
     const STARTS: u32 = 25;
@@ -125,8 +125,9 @@ fn each_start_finds_what_the_last_one_saved() {
     }
 }
 
-/// Given a board with a set and a worn bit in the word that the next save programs, when it saves, then the save fails, although the
-/// data cache holds the word that was to be written. The next start finds the set before and saves behind the worn word.
+/// Given a board with a set and a worn bit in the word that the next save programs, when it saves, then the save fails,
+/// although the data cache holds the intended word. The next start finds the previous set and saves after the worn
+/// word.
 #[test]
 fn a_save_into_a_worn_word_fails_and_the_set_before_holds() {
     for name in BOARDS {
@@ -191,7 +192,7 @@ fn a_change_of_pages_at_a_start_cut_short_keeps_the_set() {
     assert_eq!(operations, 1 + 13 + 2 + 13);
 }
 
-/// The chip stands still for a second where it erases at x32, and for two where it does not.
+/// Given a start that erases, then the chip stops for a second if it erases at x32, and for two seconds otherwise.
 #[test]
 fn a_start_that_erases_takes_a_second() {
     let (mut board, saved) = full_page();

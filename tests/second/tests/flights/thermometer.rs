@@ -13,7 +13,7 @@ const THERMOMETER: u8 = 3;
 const CHANGE: u16 = 0x283;
 const CYCLE: u16 = 0x483;
 
-/// The master, the thermometer, and another one: it acknowledges the master's frames while the first one resets.
+/// The master, the thermometer, and another one, which acknowledges the master's frames while the first one resets.
 const SETUPS: [BoardSetup; 3] =
     [standby::setup(1, 12.0, 0.0, 20), standby::setup(3, -31.0, 4.0, 60), standby::setup(4, 40.0, 9.0, 90)];
 
@@ -24,13 +24,13 @@ static IMAGES: LazyLock<Images> = LazyLock::new(|| {
     })
 });
 
-/// Temperature in 0.1 °C of the last `id` until now, and the byte behind it.
+/// Returns the temperature in 0.1 °C of the last frame `id`, and the byte after it.
 fn last(flight: &Flight, id: u16) -> (i16, u8) {
     let data = flight.sent(THERMOMETER, Bus::Nominal, id).last().unwrap().data();
     (i16::from_le_bytes([data[0], data[1]]), data[2])
 }
 
-/// A thermometer that has its table and was reset; 25 °C.
+/// Returns a flight with a thermometer at 25 °C that has its table and was reset.
 fn calibrated() -> Flight {
     let mut flight = Flight::with(&SETUPS, &IMAGES);
     flight.fly_to(2_000);
@@ -72,8 +72,9 @@ fn a_warmer_sensor_sends_its_change_at_once() {
     flight.assert_said(1, "Measured { temperature: 913, alarm: Above }", ms(2_000));
 }
 
-/// Given a running thermometer, when its sensor is unplugged, with or without the pull-ups of both lines, then it sends that there
-/// is no temperature, raises EMCY 5000h once and goes on; with the sensor back it clears the error and measures again.
+/// Given a running thermometer, when its sensor is unplugged, with or without the pull-ups of both lines, then it
+/// reports that there is no temperature, raises EMCY 5000h once and continues. When the sensor is back, it clears the
+/// error and measures again.
 #[test]
 fn a_missing_sensor_is_reported_until_it_is_back() {
     for has_pull_ups in [true, false] {
@@ -100,7 +101,7 @@ fn a_missing_sensor_is_reported_until_it_is_back() {
     }
 }
 
-/// "Forget the highest temperature" leaves the master as a PDO.
+/// Given the command "forget the highest temperature", when the master sends it as a PDO, then it is obeyed.
 #[test]
 fn a_command_of_the_master_is_obeyed() {
     let flight = calibrated();
@@ -109,7 +110,7 @@ fn a_command_of_the_master_is_obeyed() {
     flight.assert_said(THERMOMETER, "commanded; highest temperature: 259", commands[0].end);
 }
 
-/// SYNC comes every 100 ms.
+/// Given a SYNC every 100 ms, then the temperature follows each.
 #[test]
 fn the_temperature_comes_with_every_sync() {
     let flight = calibrated();
@@ -119,8 +120,8 @@ fn the_temperature_comes_with_every_sync() {
     assert!(syncs >= 10 && syncs.abs_diff(answers) <= 1, "{syncs} SYNCs, {answers} answers");
 }
 
-/// Given a cut next to the master, when the temperature rises above its limit before the master is heard on the other bus, then
-/// the master knows it there, and the value at once: the other thermometer acknowledged the first frame.
+/// Given a cut next to the master, when the temperature rises above its limit before the master is heard on the other
+/// bus, then the master knows alarm and value there at once. The other thermometer acknowledged the first frame.
 #[test]
 fn an_alarm_while_the_bus_fails_reaches_the_master() {
     for after_ms in [5, 60] {

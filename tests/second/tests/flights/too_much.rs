@@ -1,4 +1,4 @@
-//! Nodes that send too much: the budget of a slave, and the master that silences one.
+//! Nodes that send too much: the budget of a slave, and the reaction of the master.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -6,7 +6,7 @@ use twin::spacecraft::Bus;
 
 use flight::*;
 
-/// A guest on the nominal bus sends this frame every so many microseconds, from 2 s to 4 s.
+/// Lets a guest on the nominal bus send this frame every `period_us` from 2 s to 4 s.
 fn flood(flight: &mut Flight, frame: WireFrame, period_us: u64) {
     let guest = flight.twin.add_guest(Bus::Nominal, 30.0);
     for at in (2_000_000..4_000_000).step_by(period_us as usize) {
@@ -14,13 +14,14 @@ fn flood(flight: &mut Flight, frame: WireFrame, period_us: u64) {
     }
 }
 
-/// Frames of `node` with this identifier on the nominal bus while the flood lasts.
+/// Returns the number of frames of `node` with this identifier on the nominal bus during the flood.
 fn sent(flight: &Flight, node: u8, id: u16) -> usize {
     flight.sent(node, Bus::Nominal, id).filter(|seen| seen.end > ms(2000) && seen.end <= ms(4000)).count()
 }
 
-/// Given a node that asks slave 2 for telemetry 4,000 times a second, when that slave answers each, then its budget ends that: a
-/// thousand answers a second and a full bucket at most, one report. No other node sends less than before.
+/// Given a node that requests telemetry of slave 2 4,000 times a second, when that slave answers each, then its budget
+/// limits the answers to a thousand per second and a full bucket, with one report. No other node sends less than
+/// before.
 ///
 /// Verifies: ECSS 5.3.3.1b
 #[test]
@@ -45,8 +46,8 @@ fn a_slave_that_is_made_to_babble_keeps_its_budget() {
     flight.assert_sound();
 }
 
-/// Given a guest that sends 703h without end, when nothing that the master commands slave 3 ends that, then the master leaves the
-/// bus: stop, reset, other bus. Slave 2 follows without a change of its state, and its commands go on.
+/// Given a guest that keeps sending 703h, when no command to slave 3 ends that, then the master leaves the bus: stop,
+/// reset, other bus. Slave 2 follows without a change of its state, and its commands continue.
 ///
 /// Verifies: ECSS 5.3.3.1b, 8.3.3b
 #[test]

@@ -1,4 +1,4 @@
-//! The nominal bus is cut next to the master before anybody hears it: it must find its slaves on the other one.
+//! The nominal bus is cut next to the master before any node hears it, so it must find its slaves on the other bus.
 //!
 //! Profile `standard`: a dwell is 10 s. Profile `librecube`: twice Ttoggle consumer times and two heartbeats, 25.5 s.
 
@@ -6,14 +6,15 @@ use twin::spacecraft::Bus;
 
 use flight::*;
 
-/// The master and slaves 2, 3, ..; it is powered `power_on_ms` after the slaves' zero.
+/// Returns the master and slaves 2, 3, … The master is powered `power_on_ms` after the slaves' zero.
 fn late_master(count: usize, power_on_ms: u64) -> Vec<BoardSetup> {
     let mut setups = MASTER_AND_THREE[..=count].to_vec();
     setups[0].power_on_ms = power_on_ms;
     setups
 }
 
-/// The slaves gave up after 51 times 500 ms. The master alternates buses, and they hear it on the other one.
+/// Given slaves that gave up after 51 times 500 ms, then the master alternates buses, and they hear it on the other
+/// one.
 #[test]
 fn a_late_master_on_a_cut_bus_finds_slaves_that_gave_up() {
     let mut flight = Flight::with(&late_master(2, 26_000), &STANDARD);
@@ -30,7 +31,8 @@ fn a_late_master_on_a_cut_bus_finds_slaves_that_gave_up() {
     flight.assert_nothing_lost();
 }
 
-/// On the master's side of the cut a guest acknowledges everything and says nothing.
+/// Given a guest on the master's side of the cut that acknowledges all frames and sends none, then the master does not
+/// stay on that bus.
 #[test]
 fn a_guest_that_only_acknowledges_keeps_no_master_on_a_dead_bus() {
     let mut flight = Flight::with(&late_master(2, 5_600), &STANDARD);
@@ -46,8 +48,8 @@ fn a_guest_that_only_acknowledges_keeps_no_master_on_a_dead_bus() {
     flight.assert_nothing_lost();
 }
 
-/// After 137.5 s the slaves listen where they are. Slave 4 has selective access, and that is the cut bus: ECSS 8.3.3j
-/// keeps it there, and its master says that it hears nothing of it.
+/// Given slaves that stay on their buses after 137.5 s, then all are found except slave 4 with selective access, which
+/// ECSS 8.3.3j keeps on the cut bus. Its master reports that it is not heard.
 ///
 /// Verifies: ECSS 8.3.3j
 #[test]

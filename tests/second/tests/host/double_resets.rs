@@ -2,7 +2,7 @@
 
 use campaign::{World, fly};
 
-/// From one reset to the next, microseconds: the boot-up process with all writes lasts 5 ms.
+/// Times from one reset to the next, microseconds. The boot-up process with all writes takes 5 ms.
 const DISTANCES: std::ops::RangeInclusive<u64> = 100..=8_000;
 const STEP: usize = 100;
 

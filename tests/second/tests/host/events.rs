@@ -1,4 +1,4 @@
-//! What a slave reports while its bus fails is known to the master afterwards: every millisecond, see [`host::events`].
+//! The master learns reports that a slave makes while its bus fails, at every millisecond, see [`host::events`].
 
 use host::events::{flights, fly};
 use host::reports::fly_random;

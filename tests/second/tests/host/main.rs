@@ -1,4 +1,4 @@
-//! Nodes in virtual time: with servers of others, and flights of host worlds that take minutes.
+//! Nodes in virtual time: with third-party servers, and flights of host worlds that take minutes.
 
 mod double_resets;
 mod events;
@@ -8,7 +8,7 @@ mod sdo_blocks;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// What is wrong in any of `count` flights, which fly on all cores.
+/// Returns the failures of `count` flights, which run on all cores.
 fn wrong(count: usize, fly: impl Fn(usize) -> Result<(), String> + Sync) -> Vec<String> {
     let next = AtomicUsize::new(0);
     let fly_some = || {

@@ -11,7 +11,7 @@ pub struct Arrow {
     pub place: String,
 }
 
-/// Arrows that are part of a circle, a text for each circle.
+/// Returns a text for each circle, with its arrows.
 pub fn circles(arrows: &[Arrow]) -> Vec<String> {
     let mut next = BTreeMap::<&str, BTreeSet<&str>>::new();
     for arrow in arrows {
@@ -27,7 +27,7 @@ pub fn circles(arrows: &[Arrow]) -> Vec<String> {
     members.iter().map(|members| report(members, arrows)).collect()
 }
 
-/// All that is reached from `from`.
+/// Returns all names that are reached from `from`.
 fn reach<'a>(from: &str, next: &BTreeMap<&'a str, BTreeSet<&'a str>>) -> BTreeSet<&'a str> {
     let mut reached = BTreeSet::new();
     let mut ahead: Vec<&str> = next.get(from).into_iter().flatten().copied().collect();

@@ -1,12 +1,13 @@
-//! Each package of others is compiled once for `cargo demo`, `cargo test` and `cargo xtask`: with one set of features.
+//! Each third-party package is compiled once for `cargo demo`, `cargo test` and `cargo xtask`, with one set of
+//! features.
 
 use std::collections::BTreeSet;
 use std::process::Command;
 
-/// Its features differ, and little depends on it: `tempfile` and the tests that use it.
+/// Package with different features, on which only `tempfile` and the tests that use it depend.
 const EXCEPTIONS: [&str; 1] = ["getrandom"];
 
-/// Packages of others with their features, as cargo compiles them for these packages of ours.
+/// Returns third-party packages and their features, as cargo compiles them for these packages of the workspace.
 fn compiled(selection: &[&str]) -> BTreeSet<String> {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["tree", "--offline", "--no-dedupe", "--prefix", "none", "--format", "{p} [{f}]"]);

@@ -1,7 +1,7 @@
 //! Indices of objects that a source file writes as numbers.
 //!
-//! An object has one home: the field with `#[object(0x....)]`. Code reaches its index by the constant that the derive makes
-//! of the field.
+//! The index of an object is declared once, at the field with `#[object(0x....)]`. Code reaches its index by the
+//! constant that the derive makes of the field.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -18,7 +18,7 @@ const INDICES: std::ops::RangeInclusive<u32> = 0x1000..=0x2FFF;
 /// standard that says which objects a minimal slave may have: it names those of all services.
 const OTHER_NUMBERS: [&str; 2] = ["emcy/code.rs", "node/minimal/objects.rs"];
 
-/// Where a number stands.
+/// Place of a number.
 #[derive(Clone)]
 struct Place<'a> {
     file: &'a str,

@@ -1,4 +1,4 @@
-//! Arrows between packages and between modules run one way.
+//! Dependencies between packages and between modules have one direction.
 
 mod circles;
 mod features;
@@ -13,7 +13,7 @@ mod words;
 
 use std::path::PathBuf;
 
-/// Root of the repository.
+/// Returns the root of the repository.
 fn workspace() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
 }

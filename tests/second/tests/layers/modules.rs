@@ -1,6 +1,6 @@
 //! Modules with the same parent form no circle, in each target of each package.
 //!
-//! What two modules of a circle share belongs into a module below both.
+//! Shared parts of two modules belong in a module below both.
 
 use crate::circles::circles;
 use crate::paths::Source;
@@ -24,7 +24,7 @@ fn modules_with_one_parent_form_no_circle() {
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
-/// Circles of a target of these files.
+/// Returns the circles of a target of these files.
 fn found(files: &[(&[&str], &str)]) -> Vec<String> {
     let mut target = Target::default();
     for (module, text) in files {

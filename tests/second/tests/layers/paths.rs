@@ -11,9 +11,9 @@ type Tokens = Peekable<IntoIter>;
 
 /// A file of a crate.
 pub struct Source {
-    /// Shown in findings.
+    /// Name in findings.
     pub name: String,
-    /// Module that the file is, from the root of the crate.
+    /// Module of the file, from the root of the crate.
     pub module: Vec<String>,
     pub tokens: TokenStream,
 }
@@ -33,7 +33,7 @@ impl Source {
     }
 }
 
-/// What a file has.
+/// Contents of a file.
 #[derive(Default)]
 pub struct Reading {
     pub paths: Vec<Path>,
@@ -42,10 +42,10 @@ pub struct Reading {
 
 /// `mod name;` or `mod name { .. }`
 pub struct Module {
-    /// From the root of the crate.
+    /// Its path from the root of the crate.
     pub path: Vec<String>,
     pub has_file: bool,
-    /// Compiled for unit tests alone.
+    /// Whether it is compiled only for unit tests.
     pub is_test: bool,
     /// File by a `path` attribute.
     pub file: Option<String>,
@@ -55,17 +55,17 @@ pub struct Module {
 #[derive(Clone, Default)]
 pub struct Path {
     pub line: usize,
-    /// Module that the path stands in.
+    /// Module that contains the path.
     pub module: Vec<String>,
     /// Empty: the root itself, or all that it has.
     pub segments: Vec<String>,
-    /// Part of a `use`.
+    /// Whether it is part of a `use`.
     is_use: bool,
-    /// Part of a `pub use`, whatever its visibility.
+    /// Whether it is part of a `pub use` with any visibility.
     pub is_exported: bool,
-    /// Begins with neither `crate`, `self` nor `super`: the name of a child module or of another crate.
+    /// Whether it starts with neither `crate`, `self` nor `super` but the name of a child module or of another crate.
     pub is_relative: bool,
-    /// Compiled for unit tests alone.
+    /// Whether it is compiled only for unit tests.
     pub is_test: bool,
     pub binds: Binds,
 }
@@ -134,7 +134,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Module that the first segment of a path is, unless the path is relative.
+    /// Returns the module of the first segment of a path, unless the path is relative.
     fn root(&self, name: &str, module: &[String]) -> Option<Vec<String>> {
         match name {
             "crate" => Some(Vec::new()),
@@ -232,7 +232,7 @@ fn path_attribute(group: &Group) -> Option<String> {
     is_value.then(|| tokens.next().map(|literal| literal.to_string().trim_matches('"').to_owned()))?
 }
 
-/// Whether it is `[cfg(test)]`.
+/// Returns whether it is `[cfg(test)]`.
 fn is_cfg_test(group: &Group) -> bool {
     group.delimiter() == Delimiter::Bracket && group.stream().to_string().replace(' ', "") == "cfg(test)"
 }
@@ -254,7 +254,7 @@ fn next_ident(tokens: &mut Tokens) -> Option<String> {
     tokens.next_if(|token| matches!(token, TokenTree::Ident(_))).map(|ident| ident.to_string())
 }
 
-/// Whether a `::` was next.
+/// Returns whether a `::` was next.
 fn skip_colons(tokens: &mut Tokens) -> bool {
     let mut is_colon = || tokens.next_if(|token| token.to_string() == ":").is_some();
     is_colon() && is_colon()

@@ -13,7 +13,7 @@ use crate::workspace;
 /// Folders and names of the crates.
 const CRATES: [(&str, &str); 2] = [("shared/canopen/src", "async_canopen"), ("shared/src", "ecss_can")];
 
-/// From the ground floor up.
+/// Layers, from the lowest one up.
 const LAYERS: [&str; 18] = [
     "types",
     "link",
@@ -179,7 +179,7 @@ fn names_without_a_module_are_refused() {
     }
 }
 
-/// What users name as a module of `ecss-can` is in one of the two crates, but for a module that both have a part of.
+/// Each module that users name in `ecss-can` is in one of the two crates, except a module with parts in both.
 #[test]
 fn each_module_is_in_one_crate() {
     let modules = |src| {

@@ -1,12 +1,12 @@
 //! Dependencies between packages lead to the same room of the workspace or to a lower one.
 //!
-//! A *room* is a folder of packages. Dev-dependencies are tests, and tests may name everything.
+//! A *room* is a folder of packages. Dev-dependencies are for tests, which may name everything.
 
 use std::path::Path;
 
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package, TargetKind};
 
-/// Each room with the rooms below it. The longest folder that fits is the room of a package.
+/// Each room with the rooms below it. The room of a package is the longest matching folder.
 const ROOMS: [(&str, &[&str]); 11] = [
     // It reads files, and names no package.
     ("shared/data-sheet", &[]),
@@ -41,7 +41,7 @@ pub fn metadata(folder: &Path) -> Metadata {
 /// A package, by its folder from the root of the workspace.
 struct Place {
     folder: String,
-    /// Where a board is described, there is its package.
+    /// Whether the package has the description of a board.
     is_board: bool,
 }
 
@@ -51,14 +51,14 @@ impl Place {
         Place { folder: shown, is_board: folder.join("board.toml").exists() }
     }
 
-    /// Its room, with the rooms below.
+    /// Returns its room and the rooms below.
     fn room(&self) -> Option<(&'static str, &'static [&'static str])> {
         let folder = Path::new(&self.folder);
         ROOMS.into_iter().filter(|(room, _)| folder.starts_with(room)).max_by_key(|(room, _)| room.len())
     }
 }
 
-/// Dependencies that break the rules, and packages outside of all rooms.
+/// Returns dependencies that break the rules, and packages outside all rooms.
 fn offences(workspace: &Metadata) -> Vec<String> {
     let root = workspace.workspace_root.as_std_path();
     workspace.packages.iter().flat_map(|package| offences_of(package, root)).collect()

@@ -11,7 +11,7 @@ use crate::paths::{Binds, Module, Source};
 
 type Name = Vec<String>;
 
-/// A target of a package: all that its first file leads to.
+/// A target of a package: its first file and all modules of it.
 #[derive(Default)]
 pub struct Target {
     modules: BTreeSet<Name>,
@@ -78,7 +78,7 @@ impl Target {
         self.modules.len()
     }
 
-    /// Arrows between modules that have the same parent.
+    /// Returns arrows between modules with the same parent.
     pub fn arrows(&self) -> Vec<Arrow> {
         let arrows_of = |path: &Use| {
             let found = self.siblings(&path.from, &path.to, path.is_glob, &mut BTreeSet::new());
@@ -133,7 +133,7 @@ impl Target {
     }
 }
 
-/// Name that a crate gives itself.
+/// Returns the own name of a crate.
 fn other_name(root: &str) -> Option<String> {
     let name = root.split_once("extern crate self as ")?.1;
     Some(name.chars().take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect())

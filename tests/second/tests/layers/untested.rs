@@ -1,4 +1,4 @@
-//! A target that is not linked for tests has none (`test = false`, `doctest = false`).
+//! Targets that are not built for tests (`test = false`, `doctest = false`) have no tests.
 
 use cargo_metadata::{Target, TargetKind};
 use second::tools::files;
@@ -9,7 +9,7 @@ fn has_test(source: &str) -> bool {
     source.lines().any(|line| line.trim_start() == "#[test]")
 }
 
-/// Whether a block of code in the documentation is compiled.
+/// Returns whether the documentation has a block of code that is compiled.
 fn has_example(source: &str) -> bool {
     let mut is_inside = false;
     source
@@ -22,7 +22,7 @@ fn has_example(source: &str) -> bool {
         })
 }
 
-/// Tests of a target that are not run.
+/// Returns the tests of a target that are not run.
 fn forgotten(target: &Target) -> Vec<&'static str> {
     let folder = target.src_path.parent().unwrap().as_std_path();
     let is_of_package = target.is_kind(TargetKind::Lib) || target.is_kind(TargetKind::Bin);

@@ -1,14 +1,14 @@
-//! The twin knows no protocol above CAN: its sources do not name one.
+//! The twin implements no protocol above CAN, and its sources do not name one.
 
 use second::tools::files;
 
 const FOLDERS: [&str; 3] = ["twin/core/src", "twin/wire/src", "twin/board/src"];
 
-/// Words of CANopen and of its extension, in small letters.
+/// Words of CANopen and of its extension, in lower case.
 const WORDS: [&str; 9] =
     ["ecss", "canopen", "redundancy", "heartbeat", "node-id", "node_id", "emcy", "sdo", "pdo"];
 
-/// Lines that have such a word, each with its place.
+/// Returns lines with such a word, each with its place.
 fn offences(name: &str, text: &str) -> Vec<String> {
     let lines = text.lines().zip(1..).flat_map(|(line, number)| {
         let line = line.to_lowercase();

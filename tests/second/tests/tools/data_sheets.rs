@@ -1,4 +1,4 @@
-//! The committed EDS and DCF, read by packages that others wrote.
+//! The committed EDS and DCF, read by third-party packages.
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
-//! The flown images, their recordings and their data sheets, against tools of others.
+//! The images, their recordings and their data sheets, checked with third-party tools.
 //!
-//! One program, so that tests that wait for their spacecraft run side by side.
+//! It is one program, so that tests that wait for their spacecraft run in parallel.
 
 mod data_sheets;
 mod qemu;

@@ -1,4 +1,4 @@
-//! What `cargo demo` records, read by tools that others wrote.
+//! Recordings of `cargo demo`, read by third-party tools.
 
 use std::process::Command;
 

@@ -1,4 +1,4 @@
-//! The report of `cargo demo` in a browser: it fits the page, and its numbers are those of `summary.json`.
+//! The report of `cargo demo` in a browser: its layout fits the page, and its numbers are those of `summary.json`.
 
 use std::fs;
 use std::path::Path;
@@ -8,10 +8,10 @@ use firmware_images::support::needs::CHROMIUM;
 use second::{program, tools};
 use serde_json::Value;
 
-/// A page with the report in frames of two widths. It writes what it measured into the element `result`.
+/// A page with the report in frames of two widths. It writes its measurements to the element `result`.
 const FRAMES: &str = include_str!("report/frame.html");
 
-/// Flies the demo into a folder; its summary.
+/// Runs the demo into a folder, and returns its summary.
 fn fly(out: &Path, arguments: &[&str]) -> Value {
     let output = Command::new(program::executable().unwrap_or_else(|failure| panic!("{failure:#}")))
         .args(["demo", "--out"])
@@ -23,7 +23,8 @@ fn fly(out: &Path, arguments: &[&str]) -> Value {
     serde_json::from_slice(&fs::read(out.join("summary.json")).expect("a summary")).expect("JSON")
 }
 
-/// Opens the report of a folder in chromium; what the page of frames measured, and what chromium wrote about scripts.
+/// Opens the report of a folder in chromium, and returns the measurements of the page and chromium's messages about
+/// scripts.
 fn open(out: &Path) -> (Value, String) {
     let report = fs::read_to_string(out.join("report.html")).expect("a report");
     // As a string of JavaScript inside of HTML.
@@ -53,7 +54,7 @@ fn open(out: &Path) -> (Value, String) {
     (measured, log.lines().filter(|line| line.contains("CONSOLE")).collect())
 }
 
-/// A number of the page, in the unit of `summary.json`, and half of its last digit; `None` for a dash.
+/// Returns a number of the page in the unit of `summary.json`, and half of its last digit. `None`: a dash.
 fn number(key: &str, text: &str) -> Option<(f64, f64)> {
     let (digits, unit) = text.split_once(' ').unwrap_or((text, ""));
     if digits == "\u{2013}" {
@@ -69,13 +70,13 @@ fn number(key: &str, text: &str) -> Option<(f64, f64)> {
     Some((value * scale, 0.5 * scale / 10_f64.powi(decimals as i32)))
 }
 
-/// The value of a summary at a place such as `failover_ms.2`.
+/// Returns the value of a summary at a path such as `failover_ms.2`.
 fn at<'a>(summary: &'a Value, key: &str) -> &'a Value {
     key.split('.')
         .fold(summary, |value, name| value.get(name).unwrap_or_else(|| panic!("no {key} in {summary}")))
 }
 
-/// Checks a report at both widths; the keys of the numbers on it.
+/// Checks a report at both widths, and returns the keys of its numbers.
 fn check(out: &Path, summary: &Value) -> Vec<String> {
     let (measured, console) = open(out);
     assert_eq!(console, "", "chromium reports an error of a script");
@@ -123,7 +124,7 @@ fn report_fits_the_page_and_has_the_numbers_of_the_summary() {
     has(&keys, &["lost_frames", "aborted_frames", "resets", "lockups", "panics"]);
 }
 
-/// Given a flight with an image of the user's, whose PDOs have rows of other names, then the report fits as well.
+/// Given a flight with a user's image, whose PDOs have rows with other names, then the report fits too.
 #[test]
 fn report_of_unknown_images_fits_the_page() {
     tools::require(&[CHROMIUM]).unwrap_or_else(|failure| panic!("{failure:#}"));

@@ -1,18 +1,18 @@
-//! Each script against its spacecraft. Profile `standard` has short periods, `librecube` is patient with its master.
+//! Each script with its spacecraft. Profile `standard` has short periods, `librecube` long timeouts.
 
 use second::script;
 
-/// What the spacecraft said.
+/// Runs a script, and returns the output of the spacecraft.
 fn passes(name: &str, arguments: &[&str]) -> String {
     script::run(name, arguments).unwrap_or_else(|failure| panic!("{failure:#}"))
 }
 
-/// The same with test devices as these nodes.
+/// Runs a script with test devices as these nodes.
 fn passes_with_device(name: &str, arguments: &[&str], nodes: &[u8]) {
     script::run_with_device(name, arguments, nodes).unwrap_or_else(|failure| panic!("{failure:#}"));
 }
 
-/// Heartbeats, boot-up and SYNC of a spacecraft that nobody disturbs.
+/// Given an undisturbed spacecraft, then heartbeats, boot-up and SYNC are as expected.
 ///
 /// Verifies: ECSS 6.5.2a, 6.9c, 8.3.3a
 #[test]
@@ -34,7 +34,7 @@ fn python_can_sees_every_frame_at_125_kbit_per_second() {
     assert!(said.contains("cannot be opened with 1000 kbit/s, the bus has 125 kbit/s"), "{said}");
 }
 
-/// The canopen package commands slaves whose master it is.
+/// Given the canopen package as the master, then slaves obey it.
 ///
 /// Verifies: ECSS 6.5.1a, 6.5.4a
 #[test]
@@ -42,37 +42,37 @@ fn slaves_obey_a_foreign_nmt_master() {
     passes("nmt.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
 }
 
-/// Telecommands and telemetry on PDOs; an emergency for one that is too short.
+/// Given telecommands and requests on PDOs, then they are executed and answered. A short PDO causes an emergency.
 #[test]
 fn telecommands_are_executed_and_telemetry_answers() {
     passes("telemetry.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
 }
 
-/// Expedited, by segments, 20 kB by blocks; aborts.
+/// Given expedited, segmented and block transfers of up to 20 kB, then values are transferred, and errors are aborted.
 #[test]
 fn values_of_every_type_and_20_kilobytes_are_moved_over_sdo() {
     passes_with_device("sdo.py", &["--profile", "librecube", "--slaves", "0", "--no-master"], &[2, 3]);
 }
 
-/// Every object of the committed DCF of a slave.
+/// Given the committed DCF of a slave, then each object is read and written.
 #[test]
 fn every_object_of_a_slave_is_read_and_written_over_sdo() {
     passes("slave_objects.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
 }
 
-/// The same with values of every type.
+/// Given a test device with values of every type, then each object is read and written.
 #[test]
 fn every_object_of_a_test_device_is_read_and_written_over_sdo() {
     passes_with_device("slave_objects.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
 }
 
-/// Every object of the committed EDS of the master, while it commands slaves.
+/// Given the committed EDS of a master that commands slaves, then each object is read and written.
 #[test]
 fn every_object_of_the_master_is_read_and_written_over_sdo() {
     passes("master_objects.py", &["--profile", "librecube", "--slaves", "3"]);
 }
 
-/// By their bits in the data sheet of a slave: Figure 7-1.
+/// Given the bits in the data sheet of a slave, then times are decoded (Figure 7-1).
 ///
 /// Verifies: ECSS 7.1.2f, 7.2.3b, 7.2.3g, 7.2.3h, 7.2.3i
 #[test]
@@ -80,7 +80,7 @@ fn times_are_decoded_from_their_pdos() {
     passes("time_pdos.py", &["--profile", "standard", "--slaves", "3"]);
 }
 
-/// The same of UTC: Figure 7-2.
+/// Given the bits in the data sheet of a slave, then UTC is decoded (Figure 7-2).
 ///
 /// Verifies: ECSS 7.1.3e, 7.2.2b, 7.2.3i
 #[test]
@@ -88,13 +88,13 @@ fn utc_is_decoded_from_its_pdos() {
     passes_with_device("utc_pdos.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
 }
 
-/// PDOs by the names that their mapping has in the data sheet, and a mapping that is changed.
+/// Given the names in the data sheet, then PDOs are subscribed, and a mapping is changed.
 #[test]
 fn pdos_are_subscribed_and_mapped_anew() {
     passes_with_device("pdo.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
 }
 
-/// CiA 301 rule by rule: services, objects and identifiers of a slave by frames alone.
+/// Given a slave, then its services, objects and identifiers follow each rule of CiA 301, checked by frames only.
 ///
 /// Verifies: ECSS 6.1a, 6.2a, 6.5.4a, 6.10b
 #[test]
@@ -102,19 +102,19 @@ fn a_slave_keeps_the_rules_of_cia_301() {
     passes_with_device("conformance.py", &["--profile", "librecube", "--slaves", "0", "--no-master"], &[3]);
 }
 
-/// A DCF, loaded over SDO.
+/// Given a DCF, then it is loaded over SDO.
 #[test]
 fn a_slave_takes_its_dcf() {
     passes_with_device("configuration.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
 }
 
-/// The example of a user's own device, by the data sheet that its own program prints.
+/// Given the example of a user's device, then the data sheet that its program prints describes it.
 #[test]
 fn a_thermometer_is_known_by_its_own_data_sheet() {
     script::run_with_thermometer().unwrap_or_else(|failure| panic!("{failure:#}"));
 }
 
-/// With an example slave on one bus, on the CAN driver of embassy-stm32.
+/// Runs a script with an example slave on one bus, on the CAN driver of embassy-stm32.
 fn passes_with_plain_slave(name: &str, program: &str) {
     script::run_with_embassy(name, program).unwrap_or_else(|failure| panic!("{program}: {failure:#}"));
 }
@@ -128,7 +128,7 @@ fn slaves_on_embassys_driver_obey_the_canopen_package() {
     }
 }
 
-/// By the DCF of async-canopen alone.
+/// Given the DCF of async-canopen only, then each object is read and written.
 #[test]
 fn every_object_of_a_plain_slave_is_read_and_written_over_sdo() {
     passes_with_plain_slave("plain_objects.py", "bxcan-slave");
@@ -140,7 +140,8 @@ fn a_plain_slave_keeps_the_rules_of_cia_301() {
     passes_with_plain_slave("conformance.py", "bxcan-slave");
 }
 
-/// The same behind `embedded_can::nb`: requests come as fast as they may, and none is lost.
+/// Given a slave on `embedded_can::nb` and requests at the highest rate, then the cases hold too, and no request is
+/// lost.
 #[test]
 fn a_plain_slave_on_embedded_can_keeps_the_rules_of_cia_301() {
     passes_with_plain_slave("conformance.py", "nonblocking-slave");
@@ -152,13 +153,13 @@ fn parameters_are_stored_and_restored() {
     passes("storing.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
 }
 
-/// The master follows no foreign command, but starts a slave that was set back.
+/// Given foreign commands, then the master follows none, and starts a slave that was set to another state.
 #[test]
 fn the_master_brings_slaves_back() {
     passes("master.py", &["--profile", "standard", "--slaves", "2"]);
 }
 
-/// Heartbeats and emergencies of a slave that the canopen package plays, for the master and for a slave.
+/// Given a slave of the canopen package, then the master and a slave consume its heartbeats and emergencies.
 ///
 /// Verifies: ECSS 6.4a.2, 6.5.2a
 #[test]
@@ -174,7 +175,8 @@ fn heartbeats_and_emergencies_of_a_foreign_slave_are_consumed() {
     assert_eq!(emergencies.collect::<Vec<_>>(), heard);
 }
 
-/// The spacecraft leaves a bus in the middle of a transfer, and is served on the other one; and back again.
+/// Given a spacecraft that leaves a bus during a transfer, then transfers continue on the other one, and after its
+/// return.
 ///
 /// Verifies: ECSS 8.3.3b
 #[test]

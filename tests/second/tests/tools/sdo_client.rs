@@ -1,7 +1,7 @@
 //! The SDO client of `ecss-can` against servers that others wrote, node 5: `canopen.LocalNode` of `python/serving.py`, which
 //! knows no blocks, and a node of durand, `python/blocks.py`, which does.
 //!
-//! Client and server hang on the nominal bus of a spacecraft that flies as usual, with a master of its own.
+//! Client and server are on the nominal bus of a running spacecraft with its own master.
 
 use ecss_can::sdo::Error;
 use ecss_can::sdo::Mode;
@@ -24,17 +24,17 @@ const TEXT: Address = Address::new(0x200A, 0);
 const KEY: Address = Address::new(0x200B, 0);
 const NOTHING: Address = Address::new(0x200C, 0);
 
-/// The default of objects that are bytes, as `python/serving.py` has it.
+/// Returns the default of objects with bytes in `python/serving.py`.
 fn pattern(size: usize) -> Vec<u8> {
     (0..size).map(|at| (at * 167 % 251) as u8).collect()
 }
 
-/// Other bytes.
+/// Returns other bytes.
 fn other(size: usize) -> Vec<u8> {
     pattern(size).into_iter().map(|byte| !byte).collect()
 }
 
-/// The same ones every time.
+/// Returns random bytes, the same for each call.
 fn random(size: usize) -> Vec<u8> {
     let mut random = fastrand::Rng::with_seed(size as u64);
     std::iter::repeat_with(|| random.u8(..)).take(size).collect()
@@ -54,7 +54,7 @@ fn values_of_up_to_four_bytes_are_expedited() {
         assert_eq!(flight.commands(), [0x40, upload]);
         flight.writes(at, new, Mode::Segmented);
         assert_eq!(flight.commands(), [download, 0x60]);
-        // Asked for by blocks, of which the server knows none.
+        // Requested by blocks, which the server does not support.
         flight.reads(at, new, Mode::Auto);
         assert_eq!(flight.commands(), [0xA4, upload]);
     }
@@ -122,14 +122,14 @@ fn refusals_have_their_abort_codes() {
         (unknown, vec![1], NoObject),
         (no_member, vec![1], NoSubIndex),
         (CONSTANT, vec![1, 2, 3, 4], ReadOnly),
-        // Which it tells after the last segment.
+        // The server reports this after the last segment.
         (TEXT, pattern(100), ReadOnly),
         (WORD, vec![1], Length),
         (EIGHT_BYTES, pattern(9), Length),
     ] {
         assert_eq!(flight.download(at, &value, Mode::Segmented), Err(Error::Abort(code)), "{at:?}");
     }
-    // An empty value is one, but not for this server when it is read.
+    // An empty value is valid, but this server cannot read one.
     flight.writes(DOMAIN, &[], Mode::Auto);
     assert_eq!(flight.upload(DOMAIN, 2000, Mode::Auto), Err(Error::Abort(NoData)));
     // More than the application takes.
@@ -138,7 +138,8 @@ fn refusals_have_their_abort_codes() {
     flight.end();
 }
 
-/// A byte, a byte more than a segment, sub-blocks with a byte less and more, 20 kB; full last segments; refusals.
+/// Given values of a byte, a byte more than a segment, sub-blocks with a byte less and more, and 20 kB, full last
+/// segments, and refusals, then blocks are transferred.
 ///
 /// Verifies: ECSS 6.1a
 #[test]
@@ -163,11 +164,11 @@ fn blocks_are_moved_with_a_node_of_durand() {
             flight.reads(DOMAIN, &value, Mode::Block);
             continue;
         }
-        // durand 0.5.0 says of a full last segment that none of its bytes counts.
+        // durand 0.5.0 reports that no byte of a full last segment is used.
         let wrong = Err(Error::Protocol(AbortCode::TooShort));
         assert_eq!(flight.upload(DOMAIN, 20_000, Mode::Block), wrong, "{size}");
     }
-    // What is not worth blocks, and what is.
+    // Sizes below and above the limit for blocks.
     for (size, command) in [(4, 0x23), (28, 0x21), (29, 0xC6)] {
         flight.writes(DOMAIN, &other(size), Mode::Auto);
         assert_eq!(flight.commands()[0], command);
@@ -181,7 +182,7 @@ fn blocks_are_moved_with_a_node_of_durand() {
     for (at, code) in [(unknown, NoObject), (CONSTANT, ReadOnly)] {
         assert_eq!(flight.download(at, &other(1000), Mode::Block), Err(Error::Abort(code)), "{at:?}");
     }
-    // More than the application takes: the server tells the size at once.
+    // More than the application takes. The server indicates the size at once.
     assert_eq!(flight.upload(DOMAIN, 28, Mode::Block), Err(Error::TooLarge));
     flight.reads(DOMAIN, &other(29), Mode::Block);
     flight.end();

@@ -18,14 +18,14 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// Output of a command that must succeed.
+/// Returns the output of a command that must succeed.
 fn succeed(command: &mut Command) -> String {
     let output = command.output().expect("it starts");
     assert!(output.status.success(), "{command:?}: {}\n{}", output.status, text(&output.stderr));
     text(&output.stdout)
 }
 
-/// Merges the parts in a folder: those that `*.json` names.
+/// Merges the parts in a folder that match `*.json`.
 fn merge(parts: &Path) -> Output {
     let files = fs::read_dir(parts).expect("a folder").map(|entry| entry.expect("a file").path());
     let json = files.filter(|path| path.extension().is_some_and(|extension| extension == "json"));

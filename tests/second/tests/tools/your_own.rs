@@ -1,7 +1,7 @@
 //! The last steps of `docs/your-own.md`: a client in Python changes a value of the device while it flies.
 //!
-//! The test `flights::page` follows the steps before. Here they are followed as far as the client needs them. The twin takes free
-//! ports, not those that the page names.
+//! The test `flights::page` executes the steps before. This test executes those that the client needs. The twin uses
+//! free ports instead of those on the page.
 
 use second::page::{self, Folder, Step};
 use second::program::Twin;
@@ -20,7 +20,7 @@ fn client_of_the_page_talks_to_the_device() {
     std::fs::remove_dir_all(&top).unwrap();
 }
 
-/// Files, image and data sheet; not the tests of the device and not its flight.
+/// Returns whether a step makes files, image or data sheet. Tests of the device and its flight are not needed.
 fn is_needed(step: &Step) -> bool {
     match step {
         Step::Run(commands) => {

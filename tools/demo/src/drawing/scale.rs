@@ -7,7 +7,7 @@ use crate::drawing::picture::Picture;
 pub enum Range {
     /// Powers of ten, the first and the last.
     Decades(i32, i32),
-    /// From, to, and the distance of the marks, which are at its multiples.
+    /// Start, end, and the distance of the marks, which are at its multiples.
     Linear(f64, f64, f64),
 }
 

@@ -42,7 +42,7 @@ pub struct Stamps {
 }
 
 impl Diagnostics {
-    /// Whether an image exports the counters.
+    /// Returns whether an image exports the counters.
     pub fn is_in(image: &Image) -> bool {
         image.symbol(SYMBOL).is_some()
     }

@@ -179,7 +179,7 @@ fn install_all(missing: &[Need]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Whether this program may install packages.
+/// Returns whether this program may install packages.
 pub fn is_root() -> bool {
     let output = Command::new("id").arg("-u").output();
     output.is_ok_and(|output| output.stdout.trim_ascii() == b"0")

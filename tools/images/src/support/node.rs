@@ -10,7 +10,7 @@ pub const MASTER: Node = 1;
 /// it.
 pub const SECOND_MASTER: Node = 127;
 
-/// Whether a board is a master.
+/// Returns whether a board is a master.
 pub const fn is_master(board: Node) -> bool {
     matches!(board, MASTER | SECOND_MASTER)
 }

@@ -36,8 +36,8 @@ impl View<'_> {
         if are_joined { powered.min(1) } else { powered }
     }
 
-    /// Whether two masters are active, and each receives the other one's frames on this bus. An active master sends its heartbeat
-    /// on its bus and its claims on both, so one of the two has to yield.
+    /// Returns whether two masters are active, and each receives the other one's frames on this bus. An active master
+    /// sends its heartbeat on its bus and its claims on both, so one of the two has to yield.
     pub fn are_rivals_on(&self, bus: Bus) -> bool {
         self.joins_masters[bus] && self.active().count() > 1
     }

@@ -5,7 +5,7 @@ use ecss_can::types::Bus;
 use crate::judge::view::View;
 
 impl View<'_> {
-    /// Whether master and slave have power, and the cable of this bus joins them.
+    /// Returns whether master and slave have power, and the cable of this bus joins them.
     fn is_wired(&self, master: usize, slave: usize, bus: Bus) -> bool {
         let node = &self.slaves[slave];
         self.masters[master].is_powered && node.is_powered && node.wired[master][bus]
@@ -18,7 +18,7 @@ impl View<'_> {
         self.is_wired(master, slave, bus) && (!node.has_given_up || node.bus == Some(bus))
     }
 
-    /// Whether a master that takes over hears this slave on one of the buses.
+    /// Returns whether a master that takes over hears this slave on one of the buses.
     pub(crate) fn is_heard_at_all(&self, master: usize, slave: usize) -> bool {
         Bus::ALL.into_iter().any(|bus| self.is_heard(master, slave, bus))
     }
@@ -32,30 +32,30 @@ impl View<'_> {
             || self.is_wired(master, slave, bus) && self.slaves[slave].listens(bus) && !hears_one()
     }
 
-    /// Whether a master reaches this slave on one of the buses, so that it has to serve the slave.
+    /// Returns whether a master reaches this slave on one of the buses, so that it has to serve the slave.
     pub fn is_in_reach(&self, master: usize, slave: usize) -> bool {
         Bus::ALL.into_iter().any(|bus| self.is_reachable(master, slave, bus))
     }
 
-    /// Whether a master has a slave in reach.
+    /// Returns whether a master has a slave in reach.
     pub fn has_slaves(&self, master: usize) -> bool {
         self.all_slaves().any(|slave| self.is_in_reach(master, slave))
     }
 
-    /// Whether a master reaches on this bus all slaves that it reaches on any.
+    /// Returns whether a master reaches on this bus all slaves that it reaches on any.
     pub fn serves_all(&self, master: usize, bus: Bus) -> bool {
         self.all_slaves()
             .all(|slave| !self.is_in_reach(master, slave) || self.is_reachable(master, slave, bus))
     }
 
-    /// Whether no bus serves all slaves in reach of a master. A master may later stay on a bus that serves a part of them
-    /// (docs/decisions/master-bus-choice.md).
+    /// Returns whether no bus serves all slaves in reach of a master. A master may later stay on a bus that serves a
+    /// part of them (docs/decisions/master-bus-choice.md).
     pub fn is_split(&self, master: usize) -> bool {
         !Bus::ALL.into_iter().any(|bus| self.serves_all(master, bus))
     }
 
-    /// Whether another active master reaches this slave on the bus that it manages. A slave between two masters that do not
-    /// hear each other cannot know which one to follow.
+    /// Returns whether another active master reaches this slave on the bus that it manages. A slave between two masters
+    /// that do not hear each other cannot know which one to follow.
     pub fn is_contested(&self, master: usize, slave: usize) -> bool {
         self.active().any(|(other, bus)| other != master && self.is_reachable(other, slave, bus))
     }

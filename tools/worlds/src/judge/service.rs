@@ -6,7 +6,7 @@ use crate::judge::command::Command;
 use crate::judge::view::View;
 
 impl View<'_> {
-    /// Whether a slave is Operational on the bus that the master manages, and the master reaches it there.
+    /// Returns whether a slave is Operational on the bus that the master manages, and the master reaches it there.
     pub fn serves(&self, master: usize, slave: usize) -> bool {
         let node = &self.slaves[slave];
         self.masters[master].bus.is_some_and(|bus| {
@@ -16,7 +16,7 @@ impl View<'_> {
         })
     }
 
-    /// Whether a master serves all slaves in its reach.
+    /// Returns whether a master serves all slaves in its reach.
     pub fn serves_all_in_reach(&self, master: usize) -> bool {
         self.all_slaves().all(|slave| !self.is_in_reach(master, slave) || self.serves(master, slave))
     }
@@ -49,8 +49,8 @@ impl View<'_> {
         }
     }
 
-    /// Whether the slaves that hear the master have selected its bus (ECSS 8.3.3). Two masters that do not hear each other may
-    /// share them.
+    /// Returns whether the slaves that hear the master have selected its bus (ECSS 8.3.3). Two masters that do not hear
+    /// each other may share them.
     pub fn is_agreed(&self) -> bool {
         let Command::One(master) = self.command() else { return true };
         let Some(bus) = self.masters[master].bus else { return true };

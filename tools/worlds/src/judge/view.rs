@@ -66,7 +66,7 @@ impl Default for Slave {
 }
 
 impl Slave {
-    /// Whether its controller takes part in a bus.
+    /// Returns whether its controller takes part in a bus.
     pub fn listens(&self, bus: Bus) -> bool {
         self.access == BusAccess::Parallel || self.bus == Some(bus)
     }

@@ -129,7 +129,7 @@ impl MockPort {
         self.chip().replaced.clone()
     }
 
-    /// Whether there are ends of transmissions or received frames to take.
+    /// Returns whether there are ends of transmissions or received frames to take.
     pub fn has_events(&self) -> bool {
         !self.chip().events.is_empty()
     }

@@ -82,12 +82,12 @@ impl EmulatedBoard {
         self.chip.peripherals.flash.leave_errors(sr);
     }
 
-    /// Whether the core waits for the flash.
+    /// Returns whether the core waits for the flash.
     pub(super) fn is_stalled(&self) -> bool {
         self.flash.is_busy() && self.runs_from_busy_bank()
     }
 
-    /// Whether the core fetches from the bank that is busy.
+    /// Returns whether the core fetches from the bank that is busy.
     #[cold]
     fn runs_from_busy_bank(&self) -> bool {
         // Flash is also mapped at zero.

@@ -55,7 +55,7 @@ impl Lines {
         Lines(self.0 | other.0)
     }
 
-    /// This set without the other one.
+    /// Returns this set without the other one.
     pub(crate) const fn without(self, other: Lines) -> Lines {
         Lines(self.0 & !other.0)
     }

@@ -283,8 +283,8 @@ impl Peripherals {
         done.ok_or(Refusal::Unmodelled)
     }
 
-    /// Whether the clocks are within the limits of the part. A broken prescaler does not count as an error of the
-    /// program.
+    /// Returns whether the clocks are within the limits of the part. A broken prescaler does not count as an error of
+    /// the program.
     fn clocks_are_allowed(&self) -> bool {
         let Clocks { hclk, apb1_divider, apb2_divider, .. } = self.rcc.clocks();
         let [most, apb1, apb2] = self.pwr.most();

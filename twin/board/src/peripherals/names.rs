@@ -50,7 +50,7 @@ const F446: Lines = Lines::F446;
 const F429: Lines = Lines::F429;
 const F439: Lines = Lines::F439;
 const NOT_F446: Lines = ALL.without(F446);
-/// All but the F405, 407, 415 and 417.
+/// All lines except the F405, 407, 415 and 417.
 const LATER: Lines = ALL.without(Lines::F40X);
 /// The F42x and F46x.
 const TWO_BANKS: Lines = LATER.without(F446);

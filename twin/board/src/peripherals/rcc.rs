@@ -188,7 +188,7 @@ impl Rcc {
         *self.word_mut(CIR) |= CIR_CSSF;
     }
 
-    /// Whether the clock security system raises the NMI.
+    /// Returns whether the clock security system raises the NMI.
     pub fn nmi(&self) -> bool {
         self.word(CIR) & CIR_CSSF != 0
     }
@@ -325,7 +325,7 @@ impl Rcc {
         *self.word_mut(BDCR) = value;
     }
 
-    /// Whether a peripheral is clocked.
+    /// Returns whether a peripheral is clocked.
     pub fn is_clocked(&self, gate: Gate) -> bool {
         debug_assert!(AHB1ENR + gate.bus <= APB2ENR);
         self.word(AHB1ENR + gate.bus) >> gate.bit & 1 == 1

@@ -51,7 +51,7 @@ impl Core {
         self.alu(op, s, rd, self.reg(rn), operand, carry);
     }
 
-    /// One operation; `carry` is that of the second operand, for logical ones.
+    /// Executes one operation. `carry` is that of the second operand, for logical ones.
     #[inline(always)]
     fn alu(&mut self, op: Alu, s: bool, rd: u8, a: u32, b: u32, carry: bool) {
         match op {

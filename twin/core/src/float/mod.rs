@@ -55,7 +55,7 @@ struct Number {
 }
 
 impl Number {
-    /// The same number with its leading bit at `bit`. The significand must not have a higher bit.
+    /// Returns the same number with its leading bit at `bit`. The significand must not have a higher bit.
     fn with_leading_bit(self, bit: u32) -> Self {
         let shift = bit - self.significand.ilog2();
         Number { exponent: self.exponent - shift as i32, significand: self.significand << shift }

@@ -129,7 +129,7 @@ fn protected(program: &[u16], attributes: u32) -> Board {
     board.store(SHCSR, ALL_FAULTS);
     board.store(MPU_RBAR, RAM | 1 << 4 | 3);
     board.store(MPU_RASR, REGION | attributes);
-    // Flash for everyone, read-only; and the rest of RAM for its stack.
+    // Flash for all code, read-only, and the rest of RAM for its stack.
     board.store(MPU_RBAR_A1, 0x0800_0000 | 1 << 4 | 1);
     board.store(MPU_RASR_A1, 19 << 1 | 1 | READ_ONLY);
     board.store(MPU_CTRL, 0b101);

@@ -56,7 +56,7 @@ fn a_transmitter_with_an_error_counts_eight() {
     assert_eq!(counts(&bench, 0), [(end_of(SOF, 11), 8, 0)], "five dominant bits after its flag are free");
 }
 
-/// Rule c, exception 1, also "start-up alone": a transmitter that nobody acknowledges becomes error passive, and stays
+/// Rule c, exception 1, also "start-up alone": a transmitter without acknowledgements becomes error passive, and stays
 /// there. Error active it tries every 57 bits (40 to the ACK slot, flag 6, delimiter 8, intermission 3), error passive
 /// every 65.
 #[test]
@@ -216,7 +216,7 @@ fn a_good_frame_brings_a_passive_receiver_back_to_119_to_127() {
     assert_eq!(received(&bench, 1).len(), 1);
 }
 
-/// Rule i: from 128 on a node is error passive, here by REC: its error flag is recessive, and the frame goes on.
+/// Rule i: from 128 on a node is error passive, here by REC: its error flag is recessive, and the frame continues.
 #[test]
 fn an_error_passive_receiver_disturbs_nobody() {
     let mut bench = passive_receiver(1);
@@ -275,7 +275,7 @@ fn a_transmitter_at_127_is_error_active_again() {
     joins_at(&mut bench, 1, 915);
     send(&mut bench, 0, SOF, [sync(); 2]);
     bench.stations[0].watches_line = true;
-    // The 17th try, the first that somebody acknowledges, at 940 us; the next one errs at bit 11.
+    // The 17th attempt, the first acknowledged one, at 940 us. The next one has an error at bit 11.
     schedule(&mut bench, 989, flip_bit(11, &[0]));
     bench.leap(us(1012));
     assert_eq!(counts(&bench, 0)[15..], [(us(915), 128, 0), (us(988), 127, 0), (us(1003), 135, 0)]);
@@ -324,7 +324,7 @@ fn glitch_at(node: usize) -> Fault {
     Fault::Glitch { nodes: Nodes::of(&[node]), duration: us(1), effect: Effect::Dominant }
 }
 
-/// A node that does not come back by itself stays bus-off until it is told to.
+/// A node without automatic recovery stays bus-off until recovery is requested.
 #[test]
 fn bus_off_without_permission_to_recover_is_for_ever() {
     let (mut bench, last) = to_bus_off(1);

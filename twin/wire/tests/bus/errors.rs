@@ -96,8 +96,8 @@ fn crc_error_of_a_receiver_shows_after_the_ack_delimiter() {
     );
 }
 
-/// How long the line stays dominant after a local error of node 1 in bit `bit`, in bits from the end of that bit that
-/// showed it.
+/// Returns how long the line stays dominant after a local error of node 1 in bit `bit`, in bits from the end of that
+/// bit that showed it.
 fn superposition(payload: WireFrame, bit: usize) -> Option<u64> {
     let mut bench = Bench::together(vec![sending(SOF, payload), idle(), listener()]);
     from_start(&mut bench, [flip_bit(bit, &[1])]);

@@ -435,7 +435,7 @@ fn a_transmitter_that_loses_power_takes_its_frame_along() {
 proptest! {
     #![proptest_config(cases(256))]
 
-    /// What happens on one side of a cut does not depend on the other side.
+    /// Events on one side of a cut do not depend on the other side.
     #[test]
     fn pieces_do_not_know_of_each_other(
         left in prop::collection::vec((4000u64..100_000, 0u16..=0x7FF), 0..6),

@@ -133,7 +133,7 @@ fn a_wrong_bit_rate_understands_nothing_and_counts_errors() {
     assert!(bench.wire.counters().destroyed > 0, "before, it destroyed frames");
 }
 
-/// A contender at another bit rate destroys the frames of others, and its own.
+/// A contender at another bit rate destroys the frames of other nodes, and its own.
 #[test]
 fn contenders_of_different_bit_rates_destroy_each_other() {
     let slow = BitTiming::new(Quantum::new(2 * QUANTUM, 1), 16, 4, 4);

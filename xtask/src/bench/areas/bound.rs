@@ -1,7 +1,8 @@
 //! The error bound that clocks report (2015h), against their errors by the edges of their pulses.
 //!
-//! [`crate::bench::clocks`] says what flies. A pulse each 10 ms is compared with the bound that its slave reported last, at most 20 ms
-//! before. `cargo run --release -p host-worlds --example bounds` has more cases and a hundred seeds, without boards.
+//! [`crate::bench::clocks`] describes the flight. A pulse each 10 ms is compared with the bound that its slave reported
+//! last, at most 20 ms before. `cargo run --release -p host-worlds --example bounds` has more cases and a hundred
+//! seeds, without boards.
 
 use std::collections::VecDeque;
 
@@ -15,12 +16,12 @@ use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
 
 const SEEDS: u64 = 2;
-/// When pulses are compared.
+/// Start of the comparison of pulses.
 const FROM: Time = Time::from_ms(30_000);
 const TO: Time = Time::from_ms(50_000);
-/// Pulses are asked for so long before.
+/// Time by which pulses are requested before their comparison.
 const PREPARED: Time = Time::from_ms(2_000);
-/// Bounds are read this often, beside the time that reading takes.
+/// Period of reads of bounds, without the time of a read.
 const POLLED: Time = Time::from_ms(10);
 
 const CASES: [(&str, Scenario); 4] = [
@@ -64,7 +65,7 @@ fn case(images: &Images, name: &str, scenario: Scenario) -> anyhow::Result<Vec<R
     ])
 }
 
-/// Pulses of all slaves.
+/// Returns the pulses of all slaves.
 fn fly(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Vec<Pulse>> {
     let mut flight = Flight::new(images, scenario, seed)?;
     flight.run_until(FROM - PREPARED)?;

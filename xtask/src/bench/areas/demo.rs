@@ -1,7 +1,7 @@
-//! What the flight of `cargo demo` costs.
+//! Cost of the flight of `cargo demo`.
 //!
 //! Emulated instructions of all boards and events on the buses (frames that completed), per second of virtual time. A
-//! more faithful bus or chip must not make the demo slow. How fast it is on this computer is told as a ratio.
+//! more accurate bus or chip must not make the demo slow. The speed on this computer is given as a ratio.
 
 use crate::bench::context::Context;
 use crate::bench::row::Row;
@@ -9,7 +9,7 @@ use crate::bench::row::Row;
 /// Instructions and frames of the 40 s of the demo before the buses became bit-accurate: 42 million and 3930.
 const BASELINE: f64 = 42_003_930.0 / 40.0;
 
-/// How much more is allowed.
+/// Largest allowed ratio to the baseline.
 const ALLOWED: f64 = 1.2;
 
 pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {

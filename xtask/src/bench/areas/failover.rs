@@ -1,10 +1,10 @@
-//! How long the spacecraft is without commands when a bus is cut, in flights of the demo's master and slaves.
+//! Time without commands after a cut of a bus, in flights of the demo's master and slaves.
 //!
-//! * Near cut: between the master and everybody else. Partial cut: behind the slave next to the master, so that most
-//!   slaves are lost. Each is flown with the cut at several moments of the heartbeat period; the worst counts.
+//! * Near cut: between the master and all slaves. Partial cut: after the slave next to the master, so that most slaves
+//!   are lost. Each is flown with the cut at several times of the heartbeat period, and the worst result counts.
 //! * Detection: from the cut to the end of the master's first frame on the other bus.
-//! * Command gap: from there to the end of the first command there. Outage: both. In a partial cut commands to the slave
-//!   that was not lost never stopped, so none is overdue at the switch; the bound is on the outage.
+//! * Command gap: from there to the end of the first command there. Outage: both. In a partial cut commands to the
+//!   remaining slave never stop, so none is overdue at the change of the bus. The bound is for the outage.
 //! * Standby: of two masters the active one loses its power, at several moments of the heartbeat period (profile standby): from
 //!   the end of its last heartbeat to the end of the first message of the other board; the worst counts.
 //! * Load of claims: of the bus that is not active in these flights, where the active master sends nothing else. On the active bus
@@ -25,34 +25,34 @@ use demo::record::{MASTER, Node, Seen};
 use firmware_images::support::board::Profile;
 use twin::spacecraft::Bus;
 
-/// Of the profile `librecube`: heartbeat and consumer time, Ttoggle.
+/// Heartbeat period of the profile `librecube`. Its consumer time and Ttoggle follow.
 const HEARTBEAT_MS: f64 = 250.0;
 const CONSUMER_MS: f64 = 2500.0;
 const TTOGGLE: f64 = 5.0;
 
-/// What the master may take on top of a heartbeat period, and from detection to commands.
+/// Time that the master may take in addition to a heartbeat period, and from detection to commands.
 const MARGIN_MS: f64 = 5.0;
 const COMMAND_GAP_MS: f64 = 10.0;
 
-/// How exactly a slave with selective access must change the bus, percent.
+/// Tolerance for the change of the bus by a slave with selective access, percent.
 const SELECTIVE_PERCENT: f64 = 5.0;
 
 /// The slave with selective access.
 const SELECTIVE: Node = 4;
 
-/// Of the profile `standby`: consumer time of the standby, and what it may take beyond that.
+/// Consumer time of the standby in the profile `standby`. The time that it may take in addition follows.
 const STANDBY_CONSUMER_MS: f64 = 400.0;
 const STANDBY_MARGIN_MS: f64 = 10.0;
 /// A claim of 2 bytes has at most 75 bits, one is sent in each heartbeat period of 100,000 bits.
 const CLAIMS_PERCENT: f64 = 0.075;
 
-/// Moments at which the active master loses its power, spread over a heartbeat period of 100 ms.
+/// Times at which the active master loses its power, spread over a heartbeat period of 100 ms.
 const LOSSES_MS: [u64; 5] = [3000, 3020, 3040, 3060, 3080];
 
-/// Moments of the cut: all are operational, and they are spread over a heartbeat period.
+/// Times of the cut, spread over a heartbeat period. All nodes are operational.
 const CUTS_MS: [u64; 5] = [2000, 2050, 2100, 2150, 2200];
 
-/// How long is flown after the cut: longer than detection may take.
+/// Duration of the flight after the cut, longer than detection may take.
 const NEAR_MS: u64 = 500;
 const PARTIAL_MS: u64 = 3500;
 
@@ -77,14 +77,14 @@ pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     ])
 }
 
-/// Milliseconds.
+/// Fail-over times, milliseconds.
 struct FailOver {
     detection: f64,
     command_gap: f64,
     outage: f64,
 }
 
-/// The longest times of flights with a cut at this place.
+/// Returns the longest times of flights with a cut at this place.
 fn worst(context: &Context, position_m: f64, flown_on_ms: u64) -> anyhow::Result<FailOver> {
     let mut worst = FailOver { detection: 0.0, command_gap: 0.0, outage: 0.0 };
     for at in CUTS_MS {
@@ -116,7 +116,7 @@ fn fail_over(flight: &Flight) -> Option<FailOver> {
     })
 }
 
-/// From the last heartbeat on the cut bus to the first own frame on the other one, milliseconds.
+/// Returns the time from the last heartbeat on the cut bus to the slave's first frame on the other one, milliseconds.
 fn selective(flight: &Flight) -> Option<f64> {
     let (cut, bus) = flight.cut()?;
     let heartbeats = flight.frames().filter(|(_, seen)| {
@@ -129,7 +129,7 @@ fn selective(flight: &Flight) -> Option<f64> {
     Some(milliseconds(back.since(last)))
 }
 
-/// The longest time without a master, milliseconds, and the largest load of the bus that is not active, percent.
+/// Returns the longest time without a master, milliseconds, and the largest load of the inactive bus, percent.
 fn standby(context: &Context) -> anyhow::Result<(f64, f64)> {
     let mut options = Options { seconds: 4.0, ..Options::default() };
     options.fleet.target.profile = Profile::Standby;
@@ -145,7 +145,7 @@ fn standby(context: &Context) -> anyhow::Result<(f64, f64)> {
     Ok((worst, load))
 }
 
-/// Halfway between the two slaves next to the master, metres.
+/// Returns the position halfway between the two slaves next to the master, metres.
 fn behind_the_first_slave(plan: &Plan) -> f64 {
     let slaves = plan.boards.iter().filter(|board| board.node != MASTER);
     let mut places: Vec<f64> = slaves.map(|board| board.position_m).collect();

@@ -1,7 +1,7 @@
 //! Clocks of slaves without SYNC: their errors by the edges of their pulses, and the bounds that they report (2015h).
 //!
-//! [`crate::bench::clocks`] says what flies. The crystals drift as the requirement has it until 10 s after the last SYNC, so that each pair
-//! of them changes by the 2 ppm of the default profile, and keep their frequency then.
+//! [`crate::bench::clocks`] describes the flight. The crystals drift as required until 10 s after the last SYNC, so
+//! that each pair of them changes by the 2 ppm of the default profile, and keep their frequency afterwards.
 
 use can_wire::time::Time;
 use firmware_images::Images;
@@ -13,7 +13,7 @@ use crate::bench::clocks::{Crystals, Flight, Scenario, Wires};
 use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
 
-/// The master sends no SYNC from this second on.
+/// Second from which the master sends no SYNC.
 const SILENT: u64 = 30;
 /// Number of flights.
 const SEEDS: u64 = 5;
@@ -53,13 +53,13 @@ pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 struct Held {
     /// Seconds since the start of the simulation.
     at: f64,
-    /// Without sign.
+    /// Absolute error of its clock.
     error_ns: f64,
-    /// Reported by the slave at the beginning of that second.
+    /// Bound that the slave reported at the start of that second.
     bound_ns: f64,
 }
 
-/// Pulses of all slaves, one each second, without SYNC.
+/// Returns the pulses of all slaves without SYNC, one per second.
 fn hold_over(images: &Images, seed: u64) -> anyhow::Result<Vec<Held>> {
     let mut flight = Flight::new(images, SCENARIO, seed)?;
     flight.run_until(seconds(SILENT))?;

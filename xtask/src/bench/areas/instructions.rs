@@ -1,8 +1,8 @@
 //! Instructions of the host for one operation of a slave, as valgrind's callgrind counts them.
 //!
 //! Release build, frame in to response out or value in the dictionary, the program around it included: the difference
-//! between 100,000 repetitions and none. Targets are what the best public CANopen stack in C takes, measured in the same
-//! way, with static mapping and with variable mapping where it makes a difference there.
+//! between 100,000 repetitions and none. Targets are the figures of the best public CANopen stack in C, measured in the
+//! same way, with static mapping and with variable mapping if that differs.
 
 use std::path::Path;
 
@@ -12,8 +12,8 @@ use crate::bench::row::Row;
 
 const REPETITIONS: u64 = 100_000;
 
-/// Scenarios of `shared/benches/instructions`, and the target of each. Those that are scattered, with values that do
-/// not lie in a row, have none of their own; nor has the local clock.
+/// Scenarios of `shared/benches/instructions`, and the target of each. Scenarios with scattered values and the local
+/// clock have no target.
 const SCENARIOS: [(&str, Option<u64>); 13] = [
     ("rpdo_static", Some(263)),
     ("rpdo_variable", Some(565)),

@@ -1,8 +1,8 @@
 //! Interrupts of a controller whose bus is cut.
 //!
-//! A slave with selective access stays on its bus for 12.5 s after the master fell silent, and all the time it tries to
-//! send its heartbeat, which nobody acknowledges: thousands of attempts a second. They must not become interrupts. The
-//! image itself counts, in `DIAGNOSTICS`; the second that is looked at begins a second after the cut.
+//! A slave with selective access stays on its bus for 12.5 s after the loss of the master, and keeps trying to send its
+//! heartbeat, which no node acknowledges, in thousands of attempts per second. They must not cause interrupts. The
+//! image counts them in `DIAGNOSTICS`. The measured second starts one second after the cut.
 
 use can_wire::time::Time;
 use twin::spacecraft::Bus;
@@ -18,13 +18,13 @@ const SLAVE: u8 = 4;
 /// The guests are at 0 m, the slave is beyond.
 const CUT_AT_M: f64 = 1.0;
 
-/// When the bus is cut, and the second that counts.
+/// Time of the cut. Start and end of the measured second follow.
 const CUT: Time = Time::from_ms(1000);
 const FROM: Time = Time::from_ms(2000);
 const TO: Time = Time::from_ms(3000);
 
-/// Ten for each of the four heartbeats in a second, each of which may be given up. The attempts are a hundred times as
-/// many.
+/// Ten for each of the four heartbeats in a second, each of which may expire. There are a hundred times as many
+/// attempts.
 const TARGET: u64 = 40;
 
 pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {

@@ -1,10 +1,10 @@
-//! Both buses full of frames for one slave: does it lose any?
+//! Frames that a slave loses when both buses are full of frames for it.
 //!
 //! On each bus a foreign controller sends frames of 8 random bytes back to back for 10 s, their identifiers drawn from
-//! all that the slave's filters admit. On the nominal bus a heartbeat of the master stands among them every 100 frames,
-//! so that the slave stays operational and its application has its share. Lost is what a filter admitted and the node
-//! did not handle, wherever it got lost; both counts are taken when the buses are quiet again. Measured with zero wait
-//! states, as boards fly, and without the accelerator of the flash.
+//! all that the slave's filters admit. On the nominal bus there is a heartbeat of the master every 100 frames, so that
+//! the slave stays operational and its application runs. A frame is lost if a filter admitted it and the node did not
+//! handle it. Both are counted after the buses are quiet again. It is measured with zero wait states, with the flash
+//! settings of boards, and without the accelerator of the flash.
 
 use can_wire::time::Time;
 use twin::board::FlashTiming;
@@ -21,7 +21,7 @@ const FRAMES: u64 = 85_500;
 /// Random frames from heartbeat to heartbeat: 47 ms.
 const BEAT_EVERY: u64 = 400;
 
-/// A node that has handled nothing for so long has nothing left to handle.
+/// Time without handled frames after which a node has none left.
 const STEP: Time = Time::from_ms(10);
 
 /// Node-ID of the slave.
@@ -65,7 +65,7 @@ fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::R
     let name = |name: &str| format!("{name}{case}");
     let lost = Row::lower(name("back_to_back_lost"), last.lost_frames(rig.board()), "frames");
     Ok(vec![
-        // Boards never fly without the accelerator.
+        // Boards never run without the accelerator.
         if timing == FlashTiming::Unaccelerated { lost } else { lost.within(0_u64) },
         Row::higher(name("back_to_back_handled"), frames, "frames"),
         Row::lower(name("app_overflows"), u64::from(last.app_overflows - before.app_overflows), "events"),

@@ -1,4 +1,4 @@
-//! Everything that is measured, area by area.
+//! All measurements, by area.
 //!
 //! A new area is a file here with a function `measure`, and its name in the two lists below.
 
@@ -28,13 +28,13 @@ use firmware_images::support::needs::{Need, VALGRIND};
 use super::context::Context;
 use super::row::Row;
 
-/// Rows that are measured together; its name is the first part of theirs.
+/// Rows that are measured together. Their names start with its name.
 pub struct Area {
-    /// On the command line and before the dot of its rows.
+    /// Name on the command line and before the dot of its rows.
     pub name: &'static str,
-    /// What it measures, for people.
+    /// Description of its measurements.
     pub about: &'static str,
-    /// Programs of others that it runs.
+    /// Third-party programs that it runs.
     pub needs: &'static [Need],
     /// Measures the rows.
     pub measure: Measure,
@@ -42,7 +42,7 @@ pub struct Area {
 
 type Measure = fn(&Context) -> anyhow::Result<Vec<Row>>;
 
-/// An area that runs no program of others.
+/// Makes an area that runs no third-party program.
 const fn area(name: &'static str, about: &'static str, measure: Measure) -> Area {
     Area { name, about, needs: &[], measure }
 }

@@ -1,13 +1,14 @@
-//! From the receive interrupt to the node and to its application, in cycles.
+//! Latency from the receive interrupt to the node and to its application, in cycles.
 //!
-//! A slave, operational, is sent 1,000 commands by a foreign controller while the twin runs one instruction at a time.
-//! The clock is the core's count of cycles awake. It starts with the exception entry of the receive interrupt of CAN1
-//! (IPSR becomes 36) and stops after the instruction that counts the frame in `DIAGNOSTICS`: as handled by the node, which
-//! has taken the PDO's value then, or as a command that the application has executed. Whatever else the board does in
-//! between, other interrupts included, is in the figure. Measured with zero wait states, as boards fly, and without the
-//! accelerator of the flash.
+//! A foreign controller sends 1,000 commands to an operational slave while the twin runs one instruction at a time.
+//! Time is the core's count of cycles awake. It starts with the exception entry of the receive interrupt of CAN1 (IPSR
+//! becomes 36) and stops after the instruction that counts the frame in `DIAGNOSTICS`: as handled by the node, which
+//! has then taken the PDO's value, or as a command that the application has executed. The figure includes all other
+//! work of the board in between, such as interrupts. It is measured with zero wait states, with the flash settings of
+//! boards, and without the accelerator of the flash.
 //!
-//! A [sweep](crate::bench::sweep) adds commands that arrive while the board does what is due by time. The worst of both is the figure.
+//! A [sweep](crate::bench::sweep) adds commands that arrive while the board does timed actions. The worst of both is
+//! the figure.
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
@@ -21,13 +22,13 @@ use crate::bench::row::Row;
 use crate::bench::sweep::series;
 use firmware_images::support::board::Profile;
 
-/// Commands that are followed.
+/// Number of measured commands.
 const COMMANDS: u32 = 1_000;
 
-/// Between two commands: a prime number of microseconds meets the board's timers at ever other moments.
+/// Time between two commands, a prime number of microseconds, so that the phase to the board's timers varies.
 const SPACING: Time = Time::from_us(7_919);
 
-/// From SOF to the last bit but one of EOF of a frame of eight bytes without stuff bits, and a little less.
+/// Slightly less than the time from SOF to the last bit but one of EOF of a frame of eight bytes without stuff bits.
 const ON_THE_WIRE: Time = Time::from_us(104);
 
 /// Node-ID of the slave.
@@ -55,7 +56,7 @@ fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::R
     let series = series(&mut rig, (COMMANDS, SPACING), duration, command)?;
     let (node, application) = (series.cycles(|it| it.node), series.cycles(|it| it.application));
     let row = |name: &str, cycles: u64| Row::lower(format!("{name}{case}"), cycles, "model_cycles");
-    // The worst of all moments within the shortest frame that can follow, 47 bits; the median.
+    // Targets: the worst case is within the shortest frame that can follow, 47 bits. The median is lower.
     let (worst, median) = match timing {
         FlashTiming::Ideal => (None, Some(1_500_u64)),
         FlashTiming::AsSet => (Some(7_896_u64), Some(2_200)),
@@ -70,12 +71,12 @@ fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::R
     ])
 }
 
-/// A command with a value of its own.
+/// Returns a command with this value.
 fn set_value(value: u32) -> Vec<u8> {
     [&SET_VALUE[..], &value.to_le_bytes(), &[0, value as u8]].concat()
 }
 
-/// From SOF to the last bit but one of EOF, when the receiver has the frame.
+/// Returns the time from SOF to the last bit but one of EOF, when the receiver has the frame.
 fn duration(value: u32) -> Time {
     let frame = WireFrame::standard(COMMAND, &set_value(value));
     Time::from_us(encode(&frame).bits().len() as u64 - 1)

@@ -1,11 +1,12 @@
-//! SDO block transfers with a slave against what the bus could carry.
+//! SDO block transfers with a slave, compared with the capacity of the bus.
 //!
-//! 20 kB of seeded random data go to a slave with its image on the twin and come back from it. A guest on the nominal bus
-//! is the client: it answers at once and always has the next segments at hand, so that all time beyond that of the frames
-//! is the slave's. Another guest plays the master, with heartbeat and SYNC; the slave sends its heartbeat and its PDOs.
+//! 20 kB of seeded random data go to a slave with its image on the twin and come back from it. A guest on the nominal
+//! bus is the client: it answers at once and always has the next segments ready, so that all time in addition to the
+//! frames is caused by the slave. Another guest is the master, with heartbeat and SYNC. The slave sends its heartbeat
+//! and its PDOs.
 //!
-//! The limit is the time of the frames of a faultless transfer of this very payload, back to back: initiation, sub-blocks
-//! of 127 segments with an acknowledgement each, and end, every stuff bit and every intermission included.
+//! The limit is the time of the frames of a faultless transfer of the same payload, back to back: initiation,
+//! sub-blocks of 127 segments with an acknowledgement each, and end, every stuff bit and every intermission included.
 
 use anyhow::{Context as _, bail, ensure};
 use can_wire::encode::encode;
@@ -32,18 +33,18 @@ const RESPONSES: u16 = 0x580 + SLAVE as u16;
 const STORE: Address = Address::new(0x6300, 0);
 const BYTES: usize = 20_000;
 
-/// How long the client waits for anything.
+/// Timeout of the client.
 const TIMEOUT: Duration = Duration::from_millis(500);
-/// Longer than either transfer may take.
+/// Time limit of a transfer.
 const PATIENCE: Time = Time::from_ms(2_000);
-/// What the client hears it handles at most this much later: less than the intermission.
+/// Longest delay until the client handles a frame, shorter than the intermission.
 const STEP: Time = Time::from_us(1);
 
-/// Of the master, profile `standard`.
+/// Period of the master's heartbeat and SYNC, profile `standard`.
 const PERIOD: Time = Time::from_ms(100);
 const SYNC: (u16, &[u8]) = (0x080, &[]);
 
-/// Time and outcome of each at least this share of the limit, percent.
+/// Smallest share of the limit that each transfer must reach, percent.
 const TARGET: f64 = 95.0;
 
 /// Bytes of a segment, segments of a sub-block.
@@ -73,7 +74,7 @@ pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     ])
 }
 
-/// Runs a transfer to its end; what took from the start of its first frame to the end of its last.
+/// Runs a transfer to its end, and returns the time from the start of its first frame to the end of its last one.
 fn transfer(rig: &mut Rig, client: &mut Client, mut data: &[u8], read: &mut Vec<u8>) -> anyhow::Result<Time> {
     let start = rig.spacecraft.now();
     let mut beat = start;
@@ -106,7 +107,7 @@ fn transfer(rig: &mut Rig, client: &mut Client, mut data: &[u8], read: &mut Vec<
             }
         }
     }
-    // What is on its way comes to its end.
+    // Pending frames are sent.
     run(rig, Time::from_ms(1))?;
     let traces = rig.spacecraft.take_frames().into_iter().filter_map(|record| match record.record {
         Observation::Completed { trace, .. } if record.bus == Bus::Nominal => Some(trace),
@@ -139,14 +140,14 @@ fn instant(time: Time) -> Instant {
     Instant::from_micros(time.as_us())
 }
 
-/// Frames back to back at 1 Mbit/s, with the intermissions between them.
+/// Returns the time of frames back to back at 1 Mbit/s, with the intermissions between them.
 fn limit(frames: &[WireFrame]) -> Time {
     const INTERMISSION: usize = 3;
     let bits: usize = frames.iter().map(|frame| encode(frame).bits().len() + INTERMISSION).sum();
     Time::from_us((bits - INTERMISSION) as u64)
 }
 
-/// A faultless download (CiA 301 7.2.4.3.9 to 7.2.4.3.11).
+/// Returns the frames of a faultless download (CiA 301 7.2.4.3.9 to 7.2.4.3.11).
 fn download_frames(data: &[u8]) -> Vec<WireFrame> {
     let (request, response) = (frame(REQUESTS), frame(RESPONSES));
     let mut frames =
@@ -156,7 +157,7 @@ fn download_frames(data: &[u8]) -> Vec<WireFrame> {
     frames
 }
 
-/// A faultless upload (CiA 301 7.2.4.3.12 to 7.2.4.3.14).
+/// Returns the frames of a faultless upload (CiA 301 7.2.4.3.12 to 7.2.4.3.14).
 fn upload_frames(data: &[u8]) -> Vec<WireFrame> {
     let (request, response) = (frame(REQUESTS), frame(RESPONSES));
     let mut frames = vec![
@@ -178,7 +179,7 @@ fn initiate(command: u8, value: u32) -> Payload {
     [command, low, high, STORE.sub, a, b, c, d]
 }
 
-/// Segments and acknowledgements.
+/// Adds segments and acknowledgements.
 fn sub_blocks(
     data: &[u8],
     segment: &impl Fn(Payload) -> WireFrame,
@@ -206,7 +207,7 @@ fn end(data: &[u8]) -> Payload {
     [0xC1 | (unused as u8) << 2, low, high, 0, 0, 0, 0, 0]
 }
 
-/// CRC-CCITT bit by bit (CiA 301 7.2.4.3.16).
+/// Computes the CRC-CCITT bit by bit (CiA 301 7.2.4.3.16).
 fn crc(data: &[u8]) -> u16 {
     data.iter().fold(0, |crc, byte| {
         (0..8).fold(crc ^ u16::from(*byte) << 8, |crc, _| {

@@ -1,7 +1,7 @@
 //! Flash and static RAM of the images of every board, profile `standard`, and the deepest stack of the demo.
 //!
-//! The names in the symbol table say which part of the software takes the flash: see [`share`]. The compiler inlines, so
-//! a part includes code that was inlined into it, and misses code that was inlined elsewhere.
+//! The names in the symbol table assign flash to parts of the software: see [`share`]. A part includes code that was
+//! inlined into it, and lacks code that was inlined into other parts.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -23,10 +23,10 @@ use firmware_images::support::elf::{Facts, Memory, Symbol};
 const SLAVE: [u64; 2] = [72 * 1024, 16 * 1024];
 const MINIMAL: [u64; 2] = [20 * 1024, 4 * 1024];
 
-/// Budget of the services of CANopen: the flash that CANopenNode takes for them, and a little more.
+/// Budget of the services of CANopen: slightly more than the flash that CANopenNode uses for them.
 const CANOPEN: u64 = 26 << 10;
 
-/// Longest name of a symbol in a table; generic ones can be endless.
+/// Longest name of a symbol in a table. Generic ones can be very long.
 const NAME: usize = 100;
 
 pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
@@ -53,7 +53,8 @@ pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Flash of what CiA 301 alone gives a slave with 4 + 4 PDOs: its image without that of the same board without a node.
+/// Measures the flash of a slave with CiA 301 only and 4 + 4 PDOs: its image minus that of the same board without a
+/// node.
 fn canopen_only() -> anyhow::Result<Row> {
     let flash = |name: &str| -> anyhow::Result<u64> {
         let image = firmware_images::build_fixture(name, "standard")?;
@@ -63,7 +64,7 @@ fn canopen_only() -> anyhow::Result<Row> {
     Ok(Row::lower("canopen_only", bytes, "bytes").within(CANOPEN))
 }
 
-/// Bytes of flash of each part that has any. They add up to the image.
+/// Returns the bytes of flash of each part with any. Their sum is the image.
 fn parts(facts: &Facts) -> Vec<(&'static str, u64)> {
     let of = |part: &str| -> u64 {
         let symbols = facts.symbols.iter().filter(|symbol| symbol.memory == Memory::Flash);
@@ -71,7 +72,7 @@ fn parts(facts: &Facts) -> Vec<(&'static str, u64)> {
     };
     let mut parts: Vec<_> = share::parts().map(|part| (part, of(part))).collect();
     let named: u64 = parts.iter().map(|(_, bytes)| bytes).sum();
-    // What has no symbol: padding, texts, the initial values of variables.
+    // Contents without a symbol: padding, texts, the initial values of variables.
     if let Some((_, others)) = parts.last_mut() {
         *others += facts.size.flash.saturating_sub(named);
     }
@@ -79,8 +80,8 @@ fn parts(facts: &Facts) -> Vec<(&'static str, u64)> {
     parts
 }
 
-/// The deepest stacks of the master and of any slave in the demo, and of a minimal slave in [`beside_a_minimal_slave`], from reset to
-/// the end of the flight.
+/// Returns the deepest stacks of the master and of any slave in the demo, and of a minimal slave in
+/// [`beside_a_minimal_slave`], from reset to the end of the flight.
 fn stacks(context: &Context) -> anyhow::Result<[Row; 3]> {
     let (master, slaves): (Vec<_>, Vec<_>) =
         context.demo()?.boards.iter().partition(|board| board.node == MASTER);
@@ -104,7 +105,7 @@ fn beside_a_minimal_slave() -> anyhow::Result<Plan> {
     Ok(Plan::new(&Options { minimal: 1, seconds: 10.0, ..Options::default() })?)
 }
 
-/// The `count` biggest symbols of each image, flash and RAM together.
+/// Returns the `count` largest symbols of each image by flash and RAM together.
 ///
 /// # Errors
 /// When an image cannot be built or read.

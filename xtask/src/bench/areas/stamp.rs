@@ -1,8 +1,8 @@
-//! Stamps of SYNCs against the true ends of their frames, on a loaded bus with bit errors.
+//! Stamps of SYNCs compared with the true ends of their frames, on a loaded bus with bit errors.
 //!
 //! A master and three slaves of the profile `standard`, each with its own crystal, and foreign traffic on the nominal
-//! bus: 1000 SYNCs at either load. [`twin::stamps`] says what the truth is and what is wrong. Where the demo tells the
-//! source of stamps, here is how good they are.
+//! bus: 1000 SYNCs at either load. [`twin::stamps`] defines true ends and wrong stamps. The demo reports the source of
+//! stamps, this area their errors.
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard};
@@ -17,15 +17,15 @@ use firmware_images::support::diagnostics::Diagnostics;
 use firmware_images::support::fleet;
 
 const SYNC: u16 = 0x080;
-/// Of the profile `standard`.
+/// SYNC period of the profile `standard`.
 const PERIOD: Time = Time::from_ms(100);
 const SYNCS: u64 = 1000;
 
 const BIT_ERRORS: f64 = 1e-5;
-/// All are operational, and no SYNC is near.
+/// Start of the measurement. All nodes are operational, and no SYNC is near.
 const FROM: Time = Time::from_ms(550);
 
-/// How far a stamp may be off.
+/// Largest allowed error of a stamp.
 const TARGET_NS: f64 = 100.0;
 
 /// Node-ID (1 is the master), metres, parts per million.

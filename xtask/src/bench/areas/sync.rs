@@ -1,10 +1,10 @@
-//! What it costs to stamp a SYNC, in cycles.
+//! Cycles for the stamp of a SYNC.
 //!
-//! A slave, operational, is sent SYNCs by a foreign controller while the twin runs one instruction at a time. The clock is
-//! the core's count of cycles awake, from the exception entry of the receive interrupt of CAN1. It is read when the port
-//! counts the stamp in `DIAGNOSTICS`: the edges of the SYNC have been searched. `rx` is the same way without a
-//! search. Zero wait states. A [sweep](crate::bench::sweep) adds SYNCs that arrive while the board does what is due by time; the worst of
-//! both is the figure.
+//! A foreign controller sends SYNCs to an operational slave while the twin runs one instruction at a time. Time is the
+//! core's count of cycles awake, from the exception entry of the receive interrupt of CAN1. It is read when the port
+//! counts the stamp in `DIAGNOSTICS`: the edges of the SYNC have been searched. `rx` measures the same path without a
+//! search. Flash has zero wait states. A [sweep](crate::bench::sweep) adds SYNCs that arrive while the board does timed
+//! actions. The figure is the worst of both.
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
@@ -19,16 +19,16 @@ use crate::bench::sweep::series;
 use firmware_images::support::board::Profile;
 use firmware_images::support::diagnostics::Stamps;
 
-/// SYNCs that are followed.
+/// Number of measured SYNCs.
 const SYNCS: u32 = 200;
 
-/// Between two SYNCs: a prime number of microseconds meets the board's timers at ever other moments.
+/// Time between two SYNCs, a prime number of microseconds, so that the phase to the board's timers varies.
 const SPACING: Time = Time::from_us(11_003);
 
-/// From SOF to the last bit but one of EOF of a SYNC, and a little less.
+/// Slightly less than the time from SOF to the last bit but one of EOF of a SYNC.
 const ON_THE_WIRE: Time = Time::from_us(40);
 
-/// Without counter (CiA 301 7.2.5.3.1).
+/// SYNC without counter (CiA 301 7.2.5.3.1).
 const SYNC: (u16, &[u8]) = (0x080, &[]);
 
 /// Node-ID of the slave.
@@ -51,7 +51,7 @@ fn stamp(rig: &mut Rig, at: Time) -> anyhow::Result<u64> {
     rig.follow(|rig, cycles| Ok((decided(rig)? > before).then_some(cycles)))
 }
 
-/// SYNCs that the port has stamped by their edges or, where it did not find them, by the interrupt.
+/// Returns the number of SYNCs that the port has stamped by their edges or, if it did not find them, by the interrupt.
 fn decided(rig: &Rig) -> anyhow::Result<u32> {
     let Stamps { captured, missed, .. } = rig.diagnostics()?.stamps;
     Ok(captured + missed.iter().sum::<u32>())

@@ -1,4 +1,4 @@
-//! Two active masters: for how long, when one becomes active at any phase of the other one's heartbeats.
+//! Longest time with two active masters when one becomes active at any phase of the other one's heartbeats.
 
 use std::thread;
 

@@ -1,8 +1,8 @@
-//! Clocks of slaves against that of the master, by the edges of their pulses.
+//! Errors of slaves' clocks relative to the master, by the edges of their pulses.
 //!
-//! [`crate::bench::clocks`] says what flies. A figure is that of the worst slave over five seeds, from 30 s to 60 s; a pulse every 10 ms
-//! meets all phases of the SYNC period. Beside the error of the clocks stand those of the SYNC instants that they are made
-//! of, the physical floor, and the cycles of one update ([`crate::bench::update`]).
+//! [`crate::bench::clocks`] describes the flight. A figure is that of the worst slave over five seeds, from 30 s to 60
+//! s. Pulses every 10 ms are at all phases of the SYNC period. Other rows are the errors of the SYNC instants on which
+//! the clocks are based, the physical floor, and the cycles of one update ([`crate::bench::update`]).
 
 use std::thread;
 
@@ -19,29 +19,30 @@ use firmware_images::support::board::Profile;
 
 const SEEDS: u64 = 5;
 const SECOND: Time = Time::from_ms(1_000);
-/// Before pulses are compared, they are asked for.
+/// Time by which pulses are requested before their comparison.
 const PREPARED: Time = Time::from_ms(2_000);
 
-/// When pulses are compared, seconds. The clocks have settled by then.
+/// Seconds in which pulses are compared. The clocks have settled by then.
 const SPAN: [u64; 2] = [30, 60];
 
-/// The bus is cut at this second; the clocks are compared from two seconds before until five seconds after.
+/// Second of the cut. The clocks are compared from two seconds before until five seconds after it.
 const CUT: u64 = 30;
 const BEFORE_CUT: u64 = 2;
 const AFTER_CUT: u64 = 5;
 
-/// A capture timer counts at 84 MHz, the spacecraft time has 24 bits of a second: standard deviations of what is rounded, ns.
+/// Standard deviation of rounding, ns. A capture timer counts at 84 MHz, and the spacecraft time has 24 bits of a
+/// second.
 const CAPTURE_NS: f64 = 1e3 / 84.0 * UNIFORM;
 const SCET_NS: f64 = 1e9 / 16_777_216.0 * UNIFORM;
-/// Of one unit: one over the root of twelve.
+/// Standard deviation of the rounding of one unit: one over the root of twelve.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
-/// What is flown in all seeds.
+/// Case that is flown with all seeds.
 struct Case {
-    /// Ends the names of its rows.
+    /// End of the names of its rows.
     name: &'static str,
     scenario: Scenario,
-    /// Bounds of the root of the mean square and of 99.9 %, ns.
+    /// Bound of the root mean square, ns. That of 99.9 % follows.
     rms: Option<f64>,
     most: Option<f64>,
 }
@@ -68,7 +69,7 @@ const fn scenario(sync_ms: u64, load: f64, are_wired: bool, corrected: bool) -> 
 /// SYNC periods of the flights in which the nominal bus is cut, ms.
 const SWITCHES: [(&str, u64); 2] = [("sync_1", 1_000), ("sync_10", 100)];
 
-/// An update of the clock, the floors, then each case and each switch.
+/// Measures an update of the clock, the floors, then each case and each change of the bus.
 pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rows = update::rows(context)?;
     rows.extend([
@@ -87,20 +88,20 @@ pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// A span of so many seconds.
+/// Converts seconds to a time.
 pub const fn seconds(count: u64) -> Time {
     Time(count * SECOND.0)
 }
 
-/// Pulses to compare in all flights: one may be missing at either end of each.
+/// Number of pulses to compare in all flights. One may be missing at either end of each.
 const SAMPLES: u64 = SEEDS * ((SPAN[1] - SPAN[0]) * SECOND.0 / PULSE_PERIOD.0 - 2);
 
-/// What was found in one flight, or in all.
+/// Results of one flight, or of all.
 #[derive(Default)]
 struct Outcome {
     slaves: [Errors; 3],
     stamps: StampErrors,
-    /// Settings of the clock beyond the first one.
+    /// Number of settings of the clock after the first one.
     steps: u64,
 }
 
@@ -115,7 +116,7 @@ impl Outcome {
         }
     }
 
-    /// Of the slave for which it is largest.
+    /// Returns the figure of the slave for which it is largest.
     fn worst(&self, figure: impl Fn(&Errors) -> f64) -> f64 {
         self.slaves.iter().map(figure).fold(0.0, f64::max)
     }
@@ -135,7 +136,7 @@ impl Outcome {
             Row::lower(format!("unpaired_{name}"), unpaired, "pulses").within(0_u64),
             Row::lower(format!("steps_{name}"), self.steps, "steps").within(0_u64),
         ];
-        // Without the wires there are none.
+        // Without the wires there are no stamps.
         if self.stamps.compared > 0 {
             rows.push(bounded("sync_rms", self.stamps.rms_ns(), None));
         }
@@ -156,7 +157,7 @@ pub(super) fn in_all_seeds<T: Send>(
     })
 }
 
-/// Flies until [`SPAN`] is over.
+/// Flies until the end of [`SPAN`].
 fn compared(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Outcome> {
     let mut flight = Flight::new(images, scenario, seed)?;
     let [from, to] = SPAN.map(seconds);
@@ -168,7 +169,7 @@ fn compared(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Ou
     Ok(Outcome { slaves: flight.errors(from, to), stamps: flight.stamps(), steps })
 }
 
-/// Errors of the three clocks in the first flight of the first case.
+/// Returns the errors of the three clocks in the first flight of the first case.
 ///
 /// # Errors
 /// When the images cannot be built or run.
@@ -177,7 +178,7 @@ pub fn clock_errors() -> anyhow::Result<[Errors; 3]> {
     Ok(compared(&images, CASES[0].scenario, 0)?.slaves)
 }
 
-/// Rows of a nominal bus that is cut beside the master.
+/// Returns the rows of a cut of the nominal bus next to the master.
 fn switched(images: &Images, &(name, sync_ms): &(&str, u64)) -> anyhow::Result<Vec<Row>> {
     let flights = in_all_seeds(SEEDS, |seed| switch(images, scenario(sync_ms, 0.30, true, true), seed))?;
     let moved = flights.iter().map(|(moved, _)| *moved).fold(0.0, f64::max);
@@ -188,7 +189,8 @@ fn switched(images: &Images, &(name, sync_ms): &(&str, u64)) -> anyhow::Result<V
     ])
 }
 
-/// By how much a clock moves, ns, against its mean before the cut; pulses without partner.
+/// Returns the largest difference of a clock from its mean before the cut, ns, and the number of pulses without a
+/// partner.
 fn switch(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<(f64, u64)> {
     let mut flight = Flight::new(images, scenario, seed)?;
     flight.run_until(seconds(CUT - BEFORE_CUT) - PREPARED)?;

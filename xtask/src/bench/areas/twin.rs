@@ -1,8 +1,10 @@
-//! What the twin costs the host, in the profile in which `cargo demo` runs it.
+//! Cost of the twin on the host, in the profile of `cargo demo`.
 //!
-//! Instructions of the host for one instruction of the emulated cores, everything included: cores, boards, buses and the observers of the
-//! demo. valgrind's callgrind counts them for two lengths of the demo flight without faults; the row has the difference, so that the
-//! start of the program does not count. The rows `core_*` have the core alone, with three small programs and plain memory. The time of a fork is that of a copy of four boards on their buses, the best of 20.
+//! Instructions of the host per instruction of the emulated cores, including cores, boards, buses and the observers of
+//! the demo. valgrind's callgrind counts them for two lengths of the demo flight without faults. The row has the
+//! difference, so that the start of the program does not count. The rows `core_*` are for the core only, with three
+//! small programs and plain memory. The time of a fork is that of a copy of four boards on their buses, the shortest of
+//! 20.
 
 use std::path::Path;
 use std::process::Command;
@@ -20,9 +22,9 @@ use crate::bench::context::{Context, FLOWN, board};
 use crate::bench::row::Row;
 use firmware_images::support::board::Profile;
 
-/// Virtual seconds of the two flights. The first one is past the start of all boards.
+/// Virtual seconds of the two flights. The first one ends after the start of all boards.
 const LENGTHS: [u64; 2] = [2, 4];
-/// Of one emulated instruction.
+/// Largest number of host instructions per emulated instruction.
 const MOST_INSTRUCTIONS: f64 = 260.0;
 
 /// Emulated instructions of the two runs of a small program.
@@ -59,7 +61,7 @@ fn host_instructions(context: &Context) -> anyhow::Result<f64> {
     Ok(long.saturating_sub(short) as f64 / (long_emulated - short_emulated) as f64)
 }
 
-/// Instructions of the emulated cores, as the flight reports them.
+/// Returns the instructions of the emulated cores that the flight reports.
 fn emulated(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
     let output = Command::new(program).args(arguments).output().context("cannot run the images")?;
     ensure!(output.status.success(), "the run failed: {}", String::from_utf8_lossy(&output.stderr));
@@ -68,7 +70,7 @@ fn emulated(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
     count.with_context(|| format!("no number of instructions: {report}"))
 }
 
-/// Instructions of the host for one instruction of this program of the example `programs`.
+/// Returns the instructions of the host per instruction of this program of the example `programs`.
 fn core(name: &str) -> anyhow::Result<f64> {
     // As `cargo test` has it.
     let program = callgrind::build(&["--package", "twin-core", "--example", "programs"], "dev")?;
@@ -77,7 +79,7 @@ fn core(name: &str) -> anyhow::Result<f64> {
     Ok(long.saturating_sub(short) as f64 / (STEPS[1] - STEPS[0]) as f64)
 }
 
-/// Wall-clock time of a copy of a spacecraft in flight.
+/// Measures the wall-clock time of a copy of a spacecraft in flight.
 fn fork(context: &Context) -> anyhow::Result<Duration> {
     let built = context.images(&FLOWN, Profile::Librecube)?;
     let nodes: Vec<u8> = (1..=BOARDS).collect();

@@ -1,10 +1,10 @@
-//! Undisturbed frames as a whole against the same frames bit by bit.
+//! Speed of undisturbed frames computed at once, compared with the same frames bit by bit.
 //!
 //! Eight stations on 35 m of cable, each with its own crystal, send random frames of 8 bytes in turn, each when the bus
-//! is free; then the same with everybody sending at once, where only what follows an arbitration can be computed as a
-//! whole. Both paths must have told the stations and the observer the same, to the tick. Their times are wall-clock: runs of
-//! both that last about equally long, some milliseconds, take turns, and of each path the quickest counts, which nothing
-//! else on the computer has disturbed.
+//! is free. Then all send at the same time, and only the part after the arbitration can be computed at once. Both paths
+//! must give the stations and the observer the same events, to the tick. Times are wall-clock. Runs of both paths with
+//! about the same duration, some milliseconds, alternate, and the shortest of each path counts, which other programs on
+//! the computer did not disturb.
 
 use std::time::{Duration, Instant};
 
@@ -18,7 +18,7 @@ use can_wire::wire::WireConfig;
 use crate::bench::context::Context;
 use crate::bench::row::Row;
 
-/// Of the stations, metres and parts per billion.
+/// Position and clock error of the stations, metres and parts per billion.
 const BOARDS: [(f64, i32); 8] = [
     (0.0, 0),
     (5.0, 20_000),
@@ -33,7 +33,7 @@ const BOARDS: [(f64, i32); 8] = [
 /// Frames of a run on the fast path.
 const FRAMES: u64 = 800;
 
-/// Those of them that the bit path has to do in about the same time.
+/// Frames of a run on the bit path, which takes about the same time.
 const BIT_FRAMES: u64 = FRAMES / 20;
 
 /// Longer than any frame of 8 bytes with its intermission: 135 bits and 3.
@@ -42,12 +42,12 @@ const SLOT_US: u64 = 150;
 /// Runs of either path.
 const ROUNDS: usize = 150;
 
-/// How much faster the fast path must be.
+/// Smallest ratio of the speeds.
 const RATIO: f64 = 20.0;
 
 pub fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
     let alone = compare(|n| Time::from_us(n * SLOT_US))?;
-    // As many at once as there are stations.
+    // All stations send at the same time.
     let contended = compare(|n| Time::from_us(n / BOARDS.len() as u64 * BOARDS.len() as u64 * SLOT_US))?;
     Ok(vec![
         Row::higher("fast_frames_per_second", alone.fast.round(), "frames_per_second").noisy(),
@@ -57,7 +57,7 @@ pub fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
     ])
 }
 
-/// Frames per second of wall-clock time, and how many times faster the fast path is.
+/// Frames per second of wall-clock time, and the ratio of the speeds.
 struct Speeds {
     fast: f64,
     bits: f64,
@@ -77,16 +77,16 @@ fn compare(at: impl Fn(u64) -> Time) -> anyhow::Result<Speeds> {
     Ok(Speeds { fast, bits, ratio: fast / bits })
 }
 
-/// Sends the first frames of all; each station has a share of them, the same in every run.
+/// Sends the first `frames` frames. Each station has a share of them, the same in each run.
 fn run(at: impl Fn(u64) -> Time, frames: u64, bit_by_bit: bool) -> (Bench, Duration) {
     let mut stations = BOARDS.map(|(_, ppb)| Station::with_timing(BitTiming::MEGABIT.fast_by(ppb)));
     let mut random = fastrand::Rng::with_seed(1);
     for n in 0..frames {
         let sender = n as u16 % BOARDS.len() as u16;
-        // No two stations send one identifier.
+        // Each identifier has one station.
         let id = random.u16(..0x100) * BOARDS.len() as u16 + sender;
         let frame = WireFrame::standard(id, &random.u64(..).to_le_bytes());
-        // Everybody has joined after 11 bits.
+        // All stations have joined after 11 bits.
         stations[usize::from(sender)].queue.push_back((Time::from_us(50) + at(n), frame));
     }
     let config = WireConfig { bit_by_bit, ..WireConfig::default() };
@@ -98,7 +98,7 @@ fn run(at: impl Fn(u64) -> Time, frames: u64, bit_by_bit: bool) -> (Bench, Durat
     (bench, start.elapsed())
 }
 
-/// All frames are out, and both benches were told the same.
+/// Checks that all frames were sent, and that both benches had the same events.
 fn ensure_same(mut one: Bench, mut other: Bench) -> anyhow::Result<()> {
     ensure!(one.wire.counters().completed == FRAMES, "not all frames are out: {:?}", one.wire.counters());
     ensure!(one.wire.take_records() == other.wire.take_records(), "the two paths differ in their records");

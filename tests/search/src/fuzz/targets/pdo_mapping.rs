@@ -233,7 +233,7 @@ impl World<'_> {
         assert!(is_equal(now, expected), "{:X?}\n{:X?}", now.application, expected.application);
     }
 
-    /// What was sent carries the values of now, or those from before a SYNC.
+    /// Checks that a sent frame has the present values, or those before a SYNC.
     fn check_sent(&mut self, before: Option<Dictionary>) {
         if self.bench.sent.is_empty() {
             return;
@@ -248,7 +248,8 @@ impl World<'_> {
             let mapping = mapping.objects();
             self.signature.note(0x2000 | number as u32);
             assert_eq!(sent.dlc(), bytes(mapping));
-            // Time, its quality and health of the buses are taken at the SYNC, and what becomes of errors is told after it.
+            // Time, its quality and health of the buses are sampled at the SYNC. Changes of errors are reported after
+            // it.
             if mapping.iter().all(|entry| !matches!(entry >> 16, 0x2011 | 0x2015 | 0x2020 | 0x2021 | 0x1001))
             {
                 assert_eq!(sent.padded(), pack(mapping, &mut objects), "{mapping:08X?}");

@@ -10,9 +10,9 @@ use twin::description::Description;
 use twin::spacecraft::{Bus, GuestId};
 
 const HEATER: u8 = 5;
-/// The shipped slave. The master stays on its bus for it while the heater hangs.
+/// The shipped slave, for which the master stays on its bus while the heater hangs.
 const SHIPPED: u8 = 2;
-/// After this all nodes are operational.
+/// Time at which all nodes are operational.
 const STARTED: Time = ms(1_000);
 /// Cause of a reset by the watchdog, in the emergency (docs/decisions/diagnostics.md).
 const WATCHDOG: u8 = 5;
@@ -20,8 +20,8 @@ const WATCHDOG: u8 = 5;
 const SAVED: u16 = 400;
 const UNSAVED: u16 = 300;
 
-/// Given master, slave and heater on the board of the page, when the nominal bus is cut, the heater is on the redundant bus. When its application then
-/// hangs, the watchdog resets it; it reports that, and has the values that were saved.
+/// Given master, slave and heater on the board of the page, when the nominal bus is cut, then the heater is on the
+/// redundant bus. When its application hangs, the watchdog resets it. It reports that, and has the saved values.
 pub fn fly(top: &Path) {
     let (mut flight, guest) = on_board(top);
     flight.fly(STARTED);

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-/// Lines of the sources of a board at most, as a promise of the page.
+/// Largest number of source lines of a board, as stated on the page.
 const MOST: usize = 70;
 
 /// Prints the lines of the board and of the slave.

@@ -9,9 +9,10 @@ use std::path::Path;
 
 use second::page::{self, Folder, Step};
 
-/// Given the page of the slave, when its steps are followed, then the device passes its tests, its image flies on the board of the page, and its
-/// data sheet is there. The image survives a cut, a hang and a reset on that board. When then the page of the master is followed, the master
-/// passes its tests, commands the slave on emulated boards, and has its data sheet.
+/// Given the page of the slave, when its steps are followed, then the device passes its tests, its image flies on the
+/// board of the page, and its data sheet exists. The image survives a cut, a hang and a reset on that board. When the
+/// page of the master is followed afterwards, the master passes its tests, commands the slave on emulated boards, and
+/// has its data sheet.
 #[test]
 fn steps_up_to_the_client_work() {
     let top = page::fresh_folder("ecss-can-page").unwrap_or_else(|failure| panic!("{failure:#}"));
@@ -27,7 +28,8 @@ fn steps_up_to_the_client_work() {
     fs::remove_dir_all(&top).expect("the folder goes");
 }
 
-/// Follows the steps of a page before the first one that goes on running. Returns the number of outputs that the page shows there.
+/// Executes the steps of a page before the first one that keeps running. Returns the number of outputs on that part of
+/// the page.
 fn follow(top: &Path, steps: anyhow::Result<Vec<Step>>) -> usize {
     let mut folder = Folder::new(top);
     let steps = steps.unwrap_or_else(|failure| panic!("{failure:#}"));

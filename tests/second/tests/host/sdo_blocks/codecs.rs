@@ -1,7 +1,7 @@
-//! A server of one object, put together from the codecs of `canopen-rs`.
+//! A server of one object, made of the codecs of `canopen-rs`.
 //!
-//! The crate has frames, CRC, and how a value is cut into segments and put together again, but no server that moves blocks:
-//! which frame comes when is said here. It asks for sub-blocks of the sizes it is told, and may decline the CRC.
+//! The crate has frames, CRC, and how a value is cut into segments and put together again, but no server for blocks.
+//! The order of frames is implemented here. It requests sub-blocks of given sizes, and may decline the CRC.
 
 use std::collections::VecDeque;
 
@@ -15,14 +15,14 @@ use super::line::Server;
 /// The object.
 pub const OBJECT: Address = Address::new(0x2000, 0);
 
-/// Room for the largest value, and for what does not count in the last segment.
+/// Room for the largest value and the unused bytes of the last segment.
 const ROOM: usize = 20_006;
 
 pub struct Codecs {
     pub value: Vec<u8>,
     /// Whether it knows the CRC.
     crc: bool,
-    /// Segments of the sub-blocks that it asks for, in turn.
+    /// Numbers of segments of its sub-blocks, in turn.
     sizes: Box<dyn Iterator<Item = u8>>,
     state: State,
     responses: VecDeque<Payload>,

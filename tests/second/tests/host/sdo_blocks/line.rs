@@ -1,4 +1,4 @@
-//! The SDO client of `ecss-can` and a server of others, joined by a line in virtual time.
+//! The SDO client of `ecss-can` and a third-party server, connected by a line in virtual time.
 
 use std::collections::VecDeque;
 
@@ -8,38 +8,38 @@ use ecss_can::sdo::machine::{Client, Payload};
 use ecss_can::types::{Address, Duration, Instant};
 use second::host::{pull, push};
 
-/// Shorter than that of the servers: what is lost is missed by the client first.
+/// Timeout of the client, shorter than that of the servers, so that the client detects a loss first.
 const TIMEOUT: Duration = Duration::from_millis(20);
 
-/// A frame with 8 bytes at 1 Mbit/s, with stuff bits and the pause behind it.
+/// Duration of a frame with 8 bytes at 1 Mbit/s, with stuff bits and the intermission after it.
 const FRAME: Duration = Duration::from_micros(130);
 
-/// How often a server looks at its clock when nothing is on the line.
+/// Period in which a server checks its clock when the line is idle.
 const TICK: Duration = Duration::from_millis(1);
 
-/// No transfer of these tests takes so long.
+/// Upper bound of the duration of a transfer.
 const LONGEST: Duration = Duration::from_millis(60_000);
 
 /// An SDO server.
 pub trait Server {
-    /// A request came in.
+    /// Handles a request.
     fn on_request(&mut self, request: Payload, now: Instant);
 
-    /// Time goes by.
+    /// Handles the progress of time.
     fn tick(&mut self, now: Instant);
 
-    /// What it sends next.
+    /// Returns the next response.
     fn next_response(&mut self) -> Option<Payload>;
 }
 
-/// Which way a frame goes.
+/// Direction of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     Request,
     Response,
 }
 
-/// What becomes of a frame: it may be changed, and `false` loses it. Frames of both ways are counted from 0 on.
+/// Decides the fate of a frame: it may be changed, and `false` loses it. Frames of both directions are counted from 0.
 pub type Fate = Box<dyn FnMut(usize, &mut Payload) -> bool>;
 
 /// Client, line, server.
@@ -49,12 +49,12 @@ pub struct Line<S> {
     now: Instant,
     requests: VecDeque<Payload>,
     fate: Fate,
-    /// What was sent in the last transfer, also what was lost, as it was sent.
+    /// Frames of the last transfer as they were sent, including lost ones.
     pub sent: Vec<(Way, Payload)>,
 }
 
 impl<S: Server> Line<S> {
-    /// A line that loses nothing.
+    /// Makes a line that loses nothing.
     pub fn new(server: S) -> Line<S> {
         Line {
             client: Client::new(TIMEOUT),
@@ -66,7 +66,7 @@ impl<S: Server> Line<S> {
         }
     }
 
-    /// What becomes of the frames of all transfers from now on.
+    /// Sets the fate of frames of all transfers from now on.
     pub fn disturb(&mut self, fate: impl FnMut(usize, &mut Payload) -> bool + 'static) {
         self.fate = Box::new(fate);
     }
@@ -90,7 +90,7 @@ impl<S: Server> Line<S> {
         })
     }
 
-    /// Begins to write a value, of which no more than a sub-block is given, and gives up after `frames` frames.
+    /// Starts to write a value, provides at most a sub-block, and gives up after `frames` frames.
     pub fn give_up_download(&mut self, at: Address, value: &[u8], frames: usize) {
         self.client.start_download(at, value.len(), Mode::Block);
         self.client.push(value);
@@ -103,12 +103,12 @@ impl<S: Server> Line<S> {
         }
         let mut requests = Vec::new();
         self.client.cancel(&mut |payload| requests.push(payload));
-        // What was given to the bus before and has not left.
+        // Frames that were passed to the bus before and are not sent yet.
         self.requests = requests.into();
         while self.carry() {}
     }
 
-    /// Runs a transfer to its end, while `work` gives or takes bytes.
+    /// Runs a transfer to its end, while `work` provides or takes bytes.
     fn transfer(&mut self, mut work: impl FnMut(&mut Client)) -> Result<usize, Error> {
         self.sent.clear();
         let begun = self.now;
@@ -129,7 +129,7 @@ impl<S: Server> Line<S> {
         }
     }
 
-    /// One frame; responses win, their COB-IDs are the lower ones. Whether there was any.
+    /// Carries one frame, and returns whether there was any. Responses win, because their COB-IDs are lower.
     fn carry(&mut self) -> bool {
         let (way, mut payload) = if let Some(response) = self.server.next_response() {
             (Way::Response, response)

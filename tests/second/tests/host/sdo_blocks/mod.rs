@@ -1,7 +1,7 @@
-//! Block transfers of the SDO client of `ecss-can` with servers that others wrote, in one process and in virtual time.
+//! Block transfers of the SDO client of `ecss-can` with third-party servers, in one process and in virtual time.
 //!
-//! [`zencan`] is a whole node, [`codecs`] has the frames of others in an order of ours. A third one, on the bus of a
-//! spacecraft, is in `tests/tools/sdo_client.rs`.
+//! [`zencan`] is a complete node, [`codecs`] has third-party frames in an order of this project. A third one, on the
+//! bus of a spacecraft, is in `tests/tools/sdo_client.rs`.
 
 mod codecs;
 mod line;
@@ -14,10 +14,10 @@ use ecss_can::sdo::Error;
 use ecss_can::sdo::machine::Payload;
 use ecss_can::types::{AbortCode, Address};
 
-/// A byte, a segment, a byte more, a sub-block with and without a byte less and more, and many.
+/// Sizes: a byte, a segment, a byte more, a sub-block and one byte less and more, and many sub-blocks.
 const SIZES: [usize; 7] = [1, 7, 8, 888, 889, 890, 20_000];
 
-/// Most that is read.
+/// Largest size of a read.
 const MOST: usize = 20_000;
 
 fn random(size: usize) -> Vec<u8> {
@@ -78,14 +78,15 @@ fn a_wrong_end_of_an_upload_is_an_error() {
     }
 }
 
-/// Lets neither side know that the other one has a CRC, as far as it is asked.
+/// Hides from both sides that the other one supports a CRC.
 fn hide_crc([command, ..]: &mut Payload) {
     if [0xC6, 0xA4, 0xC4].contains(command) {
         *command &= !0x04;
     }
 }
 
-/// The client always offers a CRC and the node always has one, so that the line takes the bits away.
+/// Given a line that clears the CRC bits, because client and node always set them, then a value is transferred without
+/// a check.
 #[test]
 fn without_a_crc_a_value_is_moved_and_not_checked() {
     let mut line = Line::new(Zencan::new());
@@ -115,7 +116,8 @@ fn without_a_crc_a_value_is_moved_and_not_checked() {
     assert_eq!(line.server.value(), changed);
 }
 
-/// A byte that changes on the way, which the CRC of a CAN frame does not let happen.
+/// Given a byte that changes on the line, which the CRC of a CAN frame normally prevents, then both sides refuse the
+/// value.
 ///
 /// Verifies: ECSS 6.1a
 #[test]
@@ -137,9 +139,10 @@ fn both_sides_refuse_a_value_with_another_crc() {
     }
 }
 
-/// The node understands the repetition of a whole sub-block. After a part of one it expects the numbers to go on (CiA 301
-/// 7.2.4.3.10: they begin with 1 again), which its CRC then tells. It repeats sub-blocks of an upload from their start
-/// whatever was acknowledged, and counts them twice in its CRC.
+/// Given lost frames, then a value is right, or there is an error. The node accepts the repetition of a complete
+/// sub-block. After a part of one it expects consecutive numbers (CiA 301 7.2.4.3.10: they start with 1 again), which
+/// its CRC then detects. It repeats sub-blocks of an upload from their start regardless of the acknowledgement, and
+/// counts them twice in its CRC.
 #[test]
 fn a_value_is_right_or_an_error_whatever_is_lost() {
     let mut line = Line::new(Zencan::new());
@@ -151,7 +154,7 @@ fn a_value_is_right_or_an_error_whatever_is_lost() {
         line.disturb(move |nth, _| nth != lost);
         let outcome = line.download(DOMAIN, &new);
         assert_eq!(outcome.is_ok(), is_first(lost), "{lost}: {outcome:?}");
-        // Whose last answer is lost is written.
+        // A value whose last answer is lost is written.
         let is_written = outcome.is_ok() || lost == segments + 4;
         assert_eq!(line.server.value(), if is_written { &new[..] } else { &old }, "{lost}");
 

@@ -16,11 +16,11 @@ use super::line::Server;
 
 const NODE: u8 = 5;
 
-/// A DOMAIN that can be read and written.
+/// DOMAIN that can be read and written.
 pub const DOMAIN: Address = Address::new(0x2000, 0);
-/// One that cannot be written.
+/// DOMAIN that cannot be written.
 pub const CONSTANT: Address = Address::new(0x2001, 0);
-/// One that cannot be read.
+/// DOMAIN that cannot be read.
 pub const KEY: Address = Address::new(0x2002, 0);
 /// A string of at most 100 bytes.
 pub const STRING: Address = Address::new(0x2003, 0);
@@ -29,7 +29,7 @@ pub const STRING: Address = Address::new(0x2003, 0);
 struct Object {
     access: AccessType,
     data_type: DataType,
-    /// Zero: any.
+    /// Size of its value. Zero is any.
     size: usize,
     bytes: Bytes,
 }
@@ -91,7 +91,7 @@ impl ProvidesSubObjects for Object {
     }
 }
 
-/// The node; what it wants to be static stays until the end of the tests.
+/// The node. Its static data stays until the end of the tests.
 pub struct Zencan {
     node: Node<'static>,
     mailbox: &'static NodeMbox,
@@ -148,7 +148,7 @@ impl Server for Zencan {
 
     fn next_response(&mut self) -> Option<Payload> {
         let response = CanId::std(0x580 + u16::from(NODE));
-        // Its boot-up message goes to others.
+        // Its boot-up message is not for the client.
         let mut messages = std::iter::from_fn(|| self.mailbox.next_transmit_message());
         messages.find(|message| message.id() == response).map(|message| message.data)
     }

@@ -212,7 +212,7 @@ impl Flash {
         std::mem::take(&mut self.acr_written).then_some(self.acr)
     }
 
-    /// Whether the wait states suffice for `hclk` Hz at 2.7 to 3.6 V (RM0090 table 10, RM0390 table 5).
+    /// Returns whether the wait states suffice for `hclk` Hz at 2.7 to 3.6 V (RM0090 table 10, RM0390 table 5).
     pub fn is_fast_enough(&self, hclk: u64) -> bool {
         const STEP: u64 = 30_000_000;
         hclk.div_ceil(STEP) <= u64::from(self.acr & LATENCY) + 1

@@ -353,7 +353,7 @@ impl I2c {
             && matches!(self.phase, Phase::Waiting | Phase::Sending { .. })
     }
 
-    /// Whether a received byte waits for DMA.
+    /// Returns whether a received byte waits for DMA.
     pub fn asks_to_receive(&self) -> bool {
         self.cr2 & DMAEN != 0 && self.sr1 & RXNE != 0
     }

@@ -82,12 +82,12 @@ impl Counter {
         Some(self.anchor_cycle + (counts + ahead) * self.count_cycles())
     }
 
-    /// Whether `value` lies beyond the reload value in effect.
+    /// Returns whether `value` lies beyond the reload value in effect.
     pub(super) fn exceeds(&self, value: u32) -> bool {
         value > self.active_arr
     }
 
-    /// Whether a buffered value waits for the update event.
+    /// Returns whether a buffered value waits for the update event.
     pub(super) fn is_stale(&self) -> bool {
         (self.active_psc, self.active_arr) != (self.psc, self.arr)
     }

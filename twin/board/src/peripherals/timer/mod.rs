@@ -266,7 +266,7 @@ impl Timer {
         [raised & UIF != 0, raised & !UIF != 0]
     }
 
-    /// Whether the timer has this register.
+    /// Returns whether the timer has this register.
     fn has(&self, offset: u32) -> bool {
         let channels = self.kind.channels;
         match offset {
@@ -294,7 +294,7 @@ impl Timer {
             .min()
     }
 
-    /// Whether a channel captures edges of input 0..=3.
+    /// Returns whether a channel captures edges of input 0..=3.
     pub fn captures(&self, input: u32) -> bool {
         let takes = |channel: u32| match self.selection(channel) {
             1 => channel == input,

@@ -23,7 +23,7 @@ impl Timer {
         self.ccmr[channel as usize / 2] >> (8 * (channel % 2) + 4) & 0b111
     }
 
-    /// Whether any channel is an output that counting changes.
+    /// Returns whether any channel is an output that counting changes.
     fn has_outputs(&self) -> bool {
         (self.ccmr[0] | self.ccmr[1]) & 0x7070 != 0
     }

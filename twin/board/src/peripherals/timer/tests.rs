@@ -3,7 +3,7 @@
 use super::*;
 
 impl Timer {
-    /// Whether update or compare raises an interrupt line at `cycle`.
+    /// Returns whether update or compare raises an interrupt line at `cycle`.
     fn irq(&mut self, cycle: u64) -> bool {
         self.irqs(cycle).contains(&true)
     }

@@ -111,7 +111,7 @@ impl Board {
         self.bus.memory.poke_code(HANDLERS + 32 * exception, code);
     }
 
-    /// One step that does not stop.
+    /// Runs one step that does not stop.
     pub fn step(&mut self) -> Step {
         self.try_step().expect("the core goes on")
     }
