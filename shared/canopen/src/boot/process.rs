@@ -205,6 +205,7 @@ impl Process {
     }
 
     /// Takes the outcome of the transfer.
+    #[inline(never)] // row `size.pyboard-v11.master.flash`
     pub fn on_done(&mut self, outcome: Result<(), Error>) -> Next {
         self.is_asked = false;
         match outcome {

@@ -157,7 +157,6 @@ impl Buses {
 
     /// Counts an event and follows the state of the controller. Returns a change that the node has to report.
     pub fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant) -> Option<BusNews> {
-        self.counters[bus].on_link(event);
         match event {
             LinkEvent::Counters(health) => self.health[bus] = *health,
             LinkEvent::Stalled => return Some(BusNews::Stalled),
@@ -172,7 +171,7 @@ impl Buses {
                     _ => BusNews::Health(*health),
                 });
             }
-            _ => {}
+            event => self.counters[bus].on_link(event),
         }
         None
     }
