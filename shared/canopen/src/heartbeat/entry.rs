@@ -1,6 +1,6 @@
 //! Entries of 1016h: node << 16 | milliseconds.
 
-use crate::types::{AbortCode, NodeId};
+use crate::types::{AbortCode, Duration, NodeId};
 
 /// Checks a `value` that a client writes to sub-index `sub` of 1016h, whose entries are `present`.
 ///
@@ -31,4 +31,17 @@ pub fn check_entry(present: &[u32], sub: u8, value: u32) -> Result<(), AbortCode
 /// ```
 pub const fn monitored(entry: u32) -> Option<NodeId> {
     if entry as u16 == 0 { None } else { NodeId::new((entry >> 16) as u8) }
+}
+
+/// Returns the consumer time of `node`. `None`: no entry names it.
+pub fn time_of(entries: &[u32], node: NodeId) -> Option<Duration> {
+    let entry = entries.iter().find(|entry| monitored(**entry) == Some(node))?;
+    Some(Duration::from_millis(u64::from(entry & 0xFFFF)))
+}
+
+/// Returns the longest consumer time of all nodes. `None`: no entry names a node.
+pub fn longest_time(entries: &[u32]) -> Option<Duration> {
+    let in_use = entries.iter().filter(|entry| monitored(**entry).is_some());
+    let longest = in_use.map(|entry| *entry as u16).max()?;
+    Some(Duration::from_millis(u64::from(longest)))
 }

@@ -2,9 +2,9 @@
 
 use core::fmt::Debug;
 
-use super::{check_entry, monitored};
+use super::check_entry;
 use crate::od::Objects;
-use crate::types::{AbortCode, Address, Duration, NodeId};
+use crate::types::{AbortCode, Address, Duration};
 
 /// Period of the heartbeat of a node (1017h).
 #[doc(alias("1017h", "producer heartbeat time"))]
@@ -19,7 +19,7 @@ pub struct HeartbeatProducer {
 
 impl HeartbeatProducer {
     /// Returns the period, zero for no heartbeat.
-    pub const fn period(&self) -> Duration {
+    pub(crate) const fn period(&self) -> Duration {
         Duration::from_millis(self.time as u64)
     }
 }
@@ -50,19 +50,6 @@ pub trait ConsumerSlots: Objects + Default + Clone + Debug {
 
     /// Returns the entries of 1016h, to be changed.
     fn entries_mut(&mut self) -> &mut [u32];
-
-    /// Returns the consumer time of `node`. `None`: no entry names it.
-    fn time_of(&self, node: NodeId) -> Option<Duration> {
-        let entry = self.entries().iter().find(|entry| monitored(**entry) == Some(node))?;
-        Some(Duration::from_millis(u64::from(entry & 0xFFFF)))
-    }
-
-    /// Returns the longest consumer time of all nodes. `None`: no entry names a node.
-    fn longest_time(&self) -> Option<Duration> {
-        let in_use = self.entries().iter().filter(|entry| monitored(**entry).is_some());
-        let longest = in_use.map(|entry| *entry as u16).max()?;
-        Some(Duration::from_millis(u64::from(longest)))
-    }
 
     /// Checks a `value` that a client writes. Accepts every value for objects of other services.
     ///

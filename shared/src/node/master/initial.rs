@@ -2,9 +2,10 @@
 
 use super::declared::MasterObjects;
 use crate::emcy::{ActiveErrors, EmcyConsumers, PostMortem};
+use crate::heartbeat::machine::longest_time;
 use crate::heartbeat::{ConsumerSlots, HeartbeatTimes};
 use crate::node::network_objects::entry;
-use crate::node::services::carries_time;
+use crate::node::services::{Services, carries_time};
 use crate::node::{
     Communication, Device, NetworkObjects, NodeObjects, Spacecraft, SpacecraftDevice, assert_device,
 };
@@ -144,11 +145,12 @@ fn network(profile: &Profile) -> NetworkObjects {
 /// The redundancy parameters as the dictionary has them (1016h, 1017h, 2000h). Without an entry of 1016h in use the
 /// consumer time is that of power-on.
 pub(super) fn written_redundancy<D: SpacecraftDevice>(
-    objects: &NodeObjects<MasterObjects<D>>,
+    services: &Services<MasterObjects<D>>,
     initial: &Initial,
 ) -> Parameters {
     // The longest: no decision goes before a slave's own time.
-    let consumer = objects.consumers.longest_time().unwrap_or(initial.redundancy.consumer);
-    let producer = objects.communication.heartbeat.period();
+    let objects = services.objects();
+    let consumer = longest_time(objects.consumers.entries()).unwrap_or(initial.redundancy.consumer);
+    let producer = services.heartbeat_period();
     objects.extension.redundancy(HeartbeatTimes { consumer, producer })
 }

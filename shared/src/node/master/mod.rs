@@ -190,8 +190,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         self.note_sent_filters();
         if self.services.storage_mut().is_there() {
             self.services.load(Group::All);
-            let objects = self.services.objects();
-            let redundancy = initial::written_redundancy(objects, &self.initial);
+            let redundancy = initial::written_redundancy(&self.services, &self.initial);
             self.redundancy_mut().restore(redundancy);
             self.filters_mut().note_change();
         }

@@ -88,7 +88,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         sync.follow(at, &self.services.objects().communication.sync, now);
         match at.index {
             CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY => {
-                let written = written_redundancy(self.services.objects(), &self.initial);
+                let written = written_redundancy(&self.services, &self.initial);
                 self.follow_consumers();
                 self.redundancy_mut().configure(written, now);
             }

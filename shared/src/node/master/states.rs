@@ -138,8 +138,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             Reaction::ResetCommunication => {
                 self.initial.restore(self.services.objects_mut());
                 self.services.load(Group::Communication);
-                let objects = self.services.objects();
-                let redundancy = written_redundancy(objects, &self.initial);
+                let redundancy = written_redundancy(&self.services, &self.initial);
                 self.take_assignments();
                 self.redundancy_mut().configure(redundancy, turn.now);
                 self.filters_mut().note_change();

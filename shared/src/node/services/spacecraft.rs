@@ -5,6 +5,7 @@ use easy_ext::ext;
 
 use super::Services;
 use crate::emcy::ErrorCode;
+use crate::heartbeat::machine::time_of;
 use crate::heartbeat::{ConsumerSlots, HeartbeatTimes};
 use crate::link::budget::Over;
 use crate::node::SpacecraftDevice;
@@ -21,8 +22,8 @@ impl<D: SpacecraftDevice> Services<D> {
     /// Returns the redundancy parameters as the dictionary has them.
     pub fn written_redundancy(&self) -> Parameters {
         let objects = self.objects();
-        let consumer = objects.consumers.time_of(NodeId::MASTER).unwrap_or(Duration::ZERO);
-        let producer = objects.communication.heartbeat.period();
+        let consumer = time_of(objects.consumers.entries(), NodeId::MASTER).unwrap_or(Duration::ZERO);
+        let producer = self.heartbeat_period();
         objects.extension.redundancy(HeartbeatTimes { consumer, producer })
     }
 

@@ -217,6 +217,11 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         monitored(*entry).map(CobId::heartbeat)
     }
 
+    /// Returns the period of the heartbeat (1017h).
+    pub fn heartbeat_period(&self) -> Duration {
+        self.objects().communication.heartbeat.period()
+    }
+
     /// Returns whether this is the COB-ID of SYNC.
     pub fn is_sync(&self, id: CobId) -> bool {
         self.sync_id.is(id)

@@ -275,7 +275,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
 
     /// Takes the new period of the heartbeat (1017h).
     pub(crate) fn follow_heartbeat(&mut self, now: Instant) {
-        let period = self.services.objects().communication.heartbeat.period();
+        let period = self.services.heartbeat_period();
         self.control_mut().set_period(period, now);
     }
 
