@@ -162,3 +162,12 @@ fn patch_with_a_wrong_head_is_refused() {
     XTASK.refuses(&["mutants", "--patch", "nowhere.patch"], &["nowhere.patch"]);
     XTASK.refuses(&["mutants", "--sample", "3", "--patch"], &["--sample", "--patch"]);
 }
+/// Given the requirements on software, each has a patch that violates it.
+#[test]
+fn every_requirement_on_software_has_a_patch() {
+    let table = fs::read_to_string(root().join("xtask/compliance/data/requirements.csv")).expect("a table");
+    let ids = table.lines().filter_map(|row| row.split_once(",software,")).map(|(id, _)| id);
+    let patches = root().join("xtask/compliance/patches");
+    let missing: Vec<&str> = ids.filter(|id| !patches.join(format!("{id}.patch")).is_file()).collect();
+    assert!(missing.is_empty(), "write these patches: {missing:?}");
+}
