@@ -90,22 +90,22 @@ impl Client {
     }
 }
 
-/// Given cables of 10 m and 20 m, then 50 ns and 100 ns are measured, independent of transceiver delays. One
-/// measurement has a standard deviation of about 10 ns, the mean of four has half of it. The measurement to a missing
-/// slave fails.
+/// Given cables of 10 m and 20 m, then 50 ns and 100 ns are measured, independent of transceiver delays. While the
+/// clocks settle, measurements in a row have a common error of up to 15 ns; 15 s later the mean of eight is within that.
+/// The measurement to a missing slave fails.
 #[test]
 fn cables_are_measured_by_both_ends() {
     let mut flight = Flight::of(&MASTER_AND_THREE, |setup| board(setup, true));
     let guest = flight.twin.add_guest(Bus::Nominal, 0.0);
-    flight.fly(SETTLED);
+    flight.fly(SETTLED + ms(15_000));
     let mut client = Client { flight, guest };
     for (node, expected) in [(3, 50.0), (4, 100.0)] {
-        let delays = [(); 4].map(|()| {
+        let delays = [(); 8].map(|()| {
             client.measure(node, 2_500);
             assert_eq!([2, 3, 4].map(|sub| client.read(sub)), [2, 0, 0], "measured, no abort, nominal");
             f64::from(client.read(5) as i32)
         });
-        let mean = delays.iter().sum::<f64>() / 4.0;
+        let mean = delays.iter().sum::<f64>() / 8.0;
         assert!((mean - expected).abs() < 15.0, "{delays:?} ns for {expected} ns");
         let is_near = |delay: &f64| (delay - expected).abs() < 40.0;
         assert!(delays.iter().all(is_near), "{delays:?} ns for {expected} ns");
