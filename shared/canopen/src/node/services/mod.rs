@@ -241,6 +241,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Takes a heartbeat of another node. `None`: no entry of 1016h consumes it.
+    #[inline(always)] // row `instructions.peer_heartbeat_consumed`
     pub fn on_peer_heartbeat(&mut self, node: NodeId, state: NmtState, at: Instant) -> Option<Heard> {
         let wakes = self.dictionary.wakes_mut();
         let heard = self.monitor.step(wakes, |monitor| monitor.on_heartbeat(node, state, at))?;
