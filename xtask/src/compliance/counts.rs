@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use super::check::Tests;
-use super::page::of;
 use super::requirements::{Applies, Interpretation, Kind, Requirement, Who};
 use super::status::Status;
 use super::tags::Tag;
@@ -18,8 +17,9 @@ pub fn summary(requirements: &[Requirement], interpretations: &[Interpretation],
     let of_status = |status: Status| {
         requirements.iter().filter(|row| Status::of(row, interpretations, tags) == Some(status)).count()
     };
-    let of_kind =
-        |kind| requirements.iter().filter(|row| of(interpretations, row, kind).next().is_some()).count();
+    let of_kind = |kind| {
+        requirements.iter().filter(|row| row.interpreted(interpretations, kind).next().is_some()).count()
+    };
     format!(
         "{} requirements: {} on software ({traced} traced to tests, {tried} of them with a violation that was tried and noticed), {} on \
          boards, {} on the integrator; {} do not apply, {} are permissions; {} compliant, {} partly, {} not, {} open; {} with a \

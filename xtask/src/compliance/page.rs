@@ -79,7 +79,7 @@ pub fn write(
         let mut evidence = links(row, tags);
         evidence.extend((!row.page.is_empty()).then(|| format!("[{0}]({0})", row.page)));
         evidence.extend(summaries.iter().filter(|summary| summary.id == row.id).map(summed_up));
-        let see = KINDS.iter().filter(|kind| of(interpretations, row, kind.0).next().is_some());
+        let see = KINDS.iter().filter(|kind| row.interpreted(interpretations, kind.0).next().is_some());
         let see = see.map(|(_, title, word, _)| format!("[{word}](#{})", title.to_lowercase()));
         let _ = writeln!(
             page,
@@ -108,15 +108,6 @@ pub fn write(
         let _ = writeln!(page, "| {section} | {subject} | {applicability} | {ours} | {reason} |");
     }
     page
-}
-
-/// The interpretations of a requirement that are of this kind.
-pub fn of<'a>(
-    all: &'a [Interpretation],
-    row: &Requirement,
-    kind: Kind,
-) -> impl Iterator<Item = &'a Interpretation> {
-    all.iter().filter(move |one| one.id == row.id && one.kind == kind)
 }
 
 /// The tests that name a requirement, in their order. Those whose module names it are one link.

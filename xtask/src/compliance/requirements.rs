@@ -29,6 +29,17 @@ impl Requirement {
     }
 }
 
+impl Requirement {
+    /// Returns its interpretations of a kind.
+    pub fn interpreted<'a>(
+        &self,
+        all: &'a [Interpretation],
+        kind: Kind,
+    ) -> impl Iterator<Item = &'a Interpretation> {
+        all.iter().filter(move |one| one.id == self.id && one.kind == kind)
+    }
+}
+
 /// How we interpret a requirement, where more than its text is needed to say what the software does.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Interpretation {

@@ -36,6 +36,15 @@ pub fn restore(root: &Path, copy: &Path) -> anyhow::Result<()> {
     git(copy, &of_copy, &["clean", "-ffdxq"]).map(drop)
 }
 
+/// Returns cargo in the copy `tree`, with a `target` folder of its own.
+pub fn cargo(tree: &Path, target: &Path) -> Command {
+    let mut cargo = Command::new("cargo");
+    firmware_images::clean(&mut cargo).current_dir(tree);
+    // The profile decides: only what changed is compiled again.
+    cargo.env("CARGO_TARGET_DIR", target).env_remove("CARGO_INCREMENTAL");
+    cargo
+}
+
 #[cfg(test)]
 mod tests {
     use std::fs;

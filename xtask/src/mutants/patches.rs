@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, ensure};
@@ -153,7 +152,7 @@ fn by_tests(runs: &[Run<'_>], tree: &Path, target: &Path) -> Outcome {
 
 /// Runs a command in the patched `tree`, which must fail with the text `finds`.
 fn by_command(arguments: &[String], finds: &str, tree: &Path, target: &Path) -> Outcome {
-    let ended = cargo(tree, target).args(arguments).output().context("cannot run cargo")?;
+    let ended = copy::cargo(tree, target).args(arguments).output().context("cannot run cargo")?;
     let [out, err] = [&ended.stdout, &ended.stderr].map(|bytes| String::from_utf8_lossy(bytes));
     if ended.status.success() {
         return Ok(Err("the command succeeded".to_owned()));
@@ -164,13 +163,4 @@ fn by_command(arguments: &[String], finds: &str, tree: &Path, target: &Path) -> 
     let lines: Vec<&str> = err.lines().chain(out.lines()).collect();
     output::note(lines[lines.len().saturating_sub(SHOWN)..].join("\n"));
     Ok(Err(format!("the command failed without {finds:?}")))
-}
-
-/// Cargo in the patched `tree`.
-pub fn cargo(tree: &Path, target: &Path) -> Command {
-    let mut cargo = Command::new("cargo");
-    firmware_images::clean(&mut cargo).current_dir(tree);
-    // The profile decides: only what changed is compiled again.
-    cargo.env("CARGO_TARGET_DIR", target).env_remove("CARGO_INCREMENTAL");
-    cargo
 }

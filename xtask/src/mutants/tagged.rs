@@ -8,6 +8,7 @@ use std::process::{Command, Output};
 
 use anyhow::{Context, bail};
 
+use super::copy;
 use crate::compliance::{Summary, Tag, Target};
 
 /// Longest run of the tests of a target, in seconds, with the images that they build. What runs longer has not found the defect.
@@ -130,7 +131,7 @@ impl fmt::Display for Run<'_> {
 
 /// `cargo test` in the patched tree.
 fn cargo(tree: &Path, target: &Path) -> Command {
-    let mut cargo = super::patches::cargo(tree, target);
+    let mut cargo = copy::cargo(tree, target);
     cargo.arg("test");
     cargo
 }
