@@ -56,6 +56,8 @@ struct Outcome {
     is_reported: bool,
     /// Frames of the node with a COB-ID that it did not use before.
     strange: Vec<u16>,
+    /// Whether the flight ended early: the bit was one of a pointer, which led out of the modelled memory.
+    is_lost: bool,
 }
 
 /// Runs a copy of the flight in which one bit of `node` flips.
@@ -65,14 +67,15 @@ fn flip(flight: &Flight, node: u8, address: u32, bit: u32) -> Outcome {
     let board = copy.emulated_mut(node);
     let [byte] = board.read_memory(address + bit / 8, 1).unwrap()[..] else { unreachable!() };
     board.write_memory(address + bit / 8, &[byte ^ 1 << (bit % 8)]).unwrap();
-    copy.fly_to(END_MS);
+    let lost = copy.twin.run_until(ms(END_MS)).err();
+    copy.fly(lost.as_ref().map_or(ms(END_MS), |lost| lost.at));
     let later = || copy.of(node).filter(|seen| seen.end > flight.end);
     let emcy = 0x080 + u16::from(node);
     let strange = later().filter_map(Seen::id).filter(|id| *id != emcy && !before.contains(id)).collect();
     let is_reported = later().any(|seen| {
         seen.id() == Some(emcy) && [0, 1, 3].into_iter().all(|byte| seen.data()[byte] == FLIPPED[byte])
     });
-    Outcome { is_reported, strange }
+    Outcome { is_reported, strange, is_lost: lost.is_some() }
 }
 
 /// Flips a bit in each place that holds `id` or its complement. No frame of the node may have the COB-ID that results. Returns
@@ -88,6 +91,7 @@ fn flip_all(flight: &Flight, node: u8, id: u16) -> usize {
                     "{:X?} from COB-ID {id:03X}h at {place:08X}h, bit {bit}",
                     outcome.strange
                 );
+                assert!(!outcome.is_lost, "COB-ID {id:03X}h at {place:08X}h");
                 reported += usize::from(outcome.is_reported);
             }
         }
@@ -115,17 +119,19 @@ fn a_flipped_bit_sends_no_false_cob_id() {
 }
 
 /// Given a slave in flight, when a bit flips in any byte that equals its Node-ID, then no frame with the COB-ID of
-/// another node leaves it. It repairs and reports each of the three copies that it keeps.
+/// another node leaves it. It repairs and reports each of the three copies that it keeps. Some of these bytes belong to
+/// pointers: at most two of them end the flight.
 ///
 /// Verifies: ECSS 6.10k
 #[test]
 fn a_flipped_bit_of_the_node_id_makes_no_other_node() {
     let flight = flight();
-    let mut reported = 0;
+    let (mut reported, mut lost) = (0, 0);
     for place in places(&flight, SLAVE, &[SLAVE]) {
         let outcome = flip(&flight, SLAVE, place, 1);
         assert!(outcome.strange.is_empty(), "{:X?} from the Node-ID at {place:08X}h", outcome.strange);
         reported += usize::from(outcome.is_reported);
+        lost += usize::from(outcome.is_lost);
     }
-    assert!(reported >= 3, "{reported}");
+    assert!(reported >= 3 && lost <= 2, "{reported} reported, {lost} lost");
 }
