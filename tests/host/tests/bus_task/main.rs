@@ -538,7 +538,7 @@ fn wrong_filter_is_set_anew_by_the_looks_of_its_bus() {
         assert_eq!(bench.received(), []);
         // Correct filters are not changed.
         bench.wire.set_filter(wrong, Filter::exact(id(0x18A)));
-        // Four filters, and a check that finds no more.
+        // One step for each of four filters, and one that finds no further filter.
         bench.run_for(Time::from_ms(500));
         bench.receive_heartbeats(2..3);
         bench.receive(WireFrame::standard(0x18A, &[3, 0]));
