@@ -1,5 +1,5 @@
 //! The memory map of the chip.
 
 fn main() {
-    boards_memory::place();
+    ecss_can_memory::place();
 }

@@ -4,22 +4,22 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
+use crate::numbers;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use ecss_can::node::{MasterObjects, NodeObjects};
 use ecss_can::profile;
 use ecss_can::types::NodeId;
-use eds::network::{self, Sender};
-use eds::{Commissioning, Description, Device, Timestamp};
+use ecss_can_eds::network::{self, Sender};
+use ecss_can_eds::{Commissioning, Description, Device, Timestamp};
 use mission::minimal::MinimalObjects;
 use mission::minimal::prototype::PrototypeObjects;
 use mission::{CommanderObjects, MissionObjects};
-use tools::numbers;
 
-use firmware_images::support::board::{BitRate, Profile};
-use firmware_images::support::misuse::Misuse;
-use firmware_images::support::output;
-use firmware_images::support::project::manifest;
+use crate::images::support::board::{BitRate, Profile};
+use crate::images::support::misuse::Misuse;
+use crate::images::support::output;
+use crate::images::support::project::manifest;
 
 /// Names of the data sheets of minimal slaves.
 const MINIMAL_EDS: &str = "minimal.eds";
@@ -33,7 +33,7 @@ const MODIFIED: Timestamp = CREATED;
 /// Command line of `eds`.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// A device of your own: the package whose program on the host calls `eds::slave_program`, `canopen_program` or
+    /// A device of your own: the package whose program on the host calls `ecss_can_eds::slave_program`, `canopen_program` or
     /// `master_program`
     #[arg(long, value_name = "NAME", conflicts_with = "profile")]
     package: Option<String>,
@@ -78,7 +78,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     }
     let (usual, mut files) = match &options.package {
         Some(package) => (PathBuf::from("."), files_of(package, options)?),
-        None => (firmware_images::support::project::path("docs/eds"), files(options)?),
+        None => (crate::images::support::project::path("docs/eds"), files(options)?),
     };
     if options.no_last_eds {
         files.iter_mut().for_each(|(_, text)| *text = without_last_eds(text));
@@ -144,7 +144,7 @@ fn files_of(package: &str, options: &Options) -> anyhow::Result<Vec<(String, Str
 
 /// Returns the output of the package, and the file name in it.
 fn printed(package: &str, manifest: &Path, node: Option<u8>) -> anyhow::Result<(String, String)> {
-    let mut cargo = firmware_images::host_cargo();
+    let mut cargo = crate::images::host_cargo();
     cargo.current_dir(manifest.parent().unwrap_or(Path::new(".")));
     cargo.args(["run", "--quiet", "--package", package, "--manifest-path"]).arg(manifest).arg("--");
     if let Some(node) = node {
@@ -155,8 +155,7 @@ fn printed(package: &str, manifest: &Path, node: Option<u8>) -> anyhow::Result<(
     let text = String::from_utf8(output.stdout).context("what it printed is no text")?;
     let name = text.lines().find_map(|line| line.strip_prefix("FileName="));
     let name = name.filter(|name| Path::new(name).file_name().is_some_and(|file| file == *name));
-    let remedy =
-        "call eds::slave_program or eds::canopen_program in its main, where it is built for the host";
+    let remedy = "call ecss_can_eds::slave_program or ecss_can_eds::canopen_program in its main, where it is built for the host";
     let name = name.with_context(|| format!("{package} printed no data sheet: {remedy}"))?;
     Ok((name.to_owned(), text))
 }

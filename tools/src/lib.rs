@@ -1,15 +1,26 @@
-//! The analysis behind `cargo schedule`; the other commands are packages of their own.
+//! The commands of the program `ecss-can`, as a library for the tests and programs of the repository that it comes from.
+//!
+//! [`images`] builds firmware with any available toolchain; the other modules are one command each. The interface changes
+//! without notice.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+#[cfg(feature = "program")]
+pub mod campaign;
+#[cfg(feature = "program")]
+#[allow(missing_docs)]
+pub mod demo;
+#[cfg(feature = "program")]
+pub mod eds;
+pub mod images;
+#[cfg(feature = "program")]
 pub mod schedule;
 
-use ecss_can::profile;
-use firmware_images::support::board::Profile;
-
+#[cfg(feature = "program")]
 /// The numbers of a mission profile.
-pub fn numbers(profile: Profile) -> &'static profile::Profile {
+fn numbers(profile: images::support::board::Profile) -> &'static ecss_can::profile::Profile {
+    use images::support::board::Profile;
     match profile {
         Profile::Librecube => &mission::LIBRECUBE,
         Profile::Standard => &mission::STANDARD,

@@ -1,19 +1,15 @@
-//! `cargo demo`, `cargo twin`, `cargo eds`, `cargo campaign` and `cargo schedule`: the commands for users of this project.
-//!
-//! `cargo tools COMMAND` is the same, also from a package in another folder. Exit codes: [`firmware_images::support::ending`].
+//! The program `ecss-can`: see [`ecss_can_cli`]. Exit codes: [`ecss_can_cli::images::support::ending`].
 
 #![forbid(unsafe_code)]
-
-mod eds;
 
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use tools::schedule;
+use ecss_can_cli::{campaign, demo, eds, images, schedule};
 
 /// Run, record and describe a spacecraft with two CAN buses.
 #[derive(Parser)]
-#[command(name = "cargo tools", bin_name = "cargo tools", version)]
+#[command(name = "ecss-can", version)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -41,5 +37,5 @@ fn main() -> ExitCode {
         Command::Campaign(options) => campaign::run(&options),
         Command::Schedule(options) => schedule::run(&options),
     };
-    firmware_images::support::ending::end(outcome, Cli::command())
+    images::support::ending::end(outcome, Cli::command())
 }

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
-use boards_memory::Chip;
+use ecss_can_memory::Chip;
 
 /// Board feature as cargo passes it, or how it begins; chip.
 const CHIPS: [(&str, &str); 2] =

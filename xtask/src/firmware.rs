@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use firmware_images::support::board::{BitRate, Board, Profile, Target, built_names, help};
-use firmware_images::support::elf::{Facts, Size};
-use firmware_images::support::fleet;
-use firmware_images::support::misuse::Misuse;
-use firmware_images::support::output;
-use firmware_images::support::project::manifest;
-use firmware_images::{BoardCrate, Choice, Error, Package};
+use ecss_can_cli::images::support::board::{BitRate, Board, Profile, Target, built_names, help};
+use ecss_can_cli::images::support::elf::{Facts, Size};
+use ecss_can_cli::images::support::fleet;
+use ecss_can_cli::images::support::misuse::Misuse;
+use ecss_can_cli::images::support::output;
+use ecss_can_cli::images::support::project::manifest;
+use ecss_can_cli::images::{BoardCrate, Choice, Error, Package};
 
 /// The subcommand.
 const FIRMWARE: &str = "firmware";
@@ -59,10 +59,13 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let board = options.board.clone().unwrap_or_else(|| Board::shipped(Board::DEFAULT));
     board.check_images(FIRMWARE)?;
     let profile = options.bit_rate.configuration(options.profile);
-    let images = firmware_images::build(board.board_crate(), &profile)?;
+    let images = ecss_can_cli::images::build(board.board_crate(), &profile)?;
     let fitting = if options.one_controller { "+one-controller" } else { "" };
-    let minimal =
-        firmware_images::build_minimal(board.board_crate(), &(profile + fitting), firmware_images::LOG)?;
+    let minimal = ecss_can_cli::images::build_minimal(
+        board.board_crate(),
+        &(profile + fitting),
+        ecss_can_cli::images::LOG,
+    )?;
     [("master", &images.master), ("slave", &images.slave), ("minimal", &minimal)]
         .into_iter()
         .try_for_each(|(role, path)| describe(role, path))
@@ -131,7 +134,7 @@ pub fn clippy(target: &Target) -> anyhow::Result<()> {
         );
         return Err(Misuse::of("clippy", text).into());
     };
-    Ok(firmware_images::clippy(name, target.profile.name())?)
+    Ok(ecss_can_cli::images::clippy(name, target.profile.name())?)
 }
 
 #[cfg(test)]

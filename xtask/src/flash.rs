@@ -12,8 +12,8 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
-use firmware_images::support::board::{BitRate, Board, Target};
-use firmware_images::support::misuse::Misuse;
+use ecss_can_cli::images::support::board::{BitRate, Board, Target};
+use ecss_can_cli::images::support::misuse::Misuse;
 
 /// The program that writes to a board.
 const PROBE_RS: &str = "probe-rs";
@@ -79,13 +79,15 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let (Target { board, profile }, fitting) = (&options.target, options.fitting()?);
     board.check_images("flash")?;
     find_probe_rs()?;
-    let log = std::env::var("DEFMT_LOG").unwrap_or(firmware_images::LOG.into());
+    let log = std::env::var("DEFMT_LOG").unwrap_or(ecss_can_cli::images::LOG.into());
     let profile = options.bit_rate.configuration(*profile);
-    let images = || firmware_images::build_logging(board.board_crate(), &profile, &log);
+    let images = || ecss_can_cli::images::build_logging(board.board_crate(), &profile, &log);
     let image = match options.role {
         Role::Master => images()?.master,
         Role::Slave => images()?.slave,
-        Role::Minimal => firmware_images::build_minimal(board.board_crate(), &(profile + fitting), &log)?,
+        Role::Minimal => {
+            ecss_can_cli::images::build_minimal(board.board_crate(), &(profile + fitting), &log)?
+        }
     };
     write(board, &image, &options.probe_rs)
 }
@@ -129,5 +131,5 @@ fn replace_by(mut program: Command) -> anyhow::Result<()> {
 fn replace_by(mut program: Command) -> anyhow::Result<()> {
     let status = program.status().context("cannot run probe-rs")?;
     let code = status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1);
-    if code == 0 { Ok(()) } else { Err(firmware_images::support::output::Silently(code).into()) }
+    if code == 0 { Ok(()) } else { Err(ecss_can_cli::images::support::output::Silently(code).into()) }
 }

@@ -5,7 +5,7 @@ use std::process::Command;
 use anyhow::{Context, ensure};
 
 use crate::tool::{Source, Tool};
-use firmware_images::support::project;
+use ecss_can_cli::images::support::project;
 
 const DENY: Tool = Tool {
     program: "cargo-deny",

@@ -1,6 +1,6 @@
 //! `cargo xtask`: building, flashing, benchmarks, and checks of this repository. The package `tools` has the commands for users.
 //!
-//! `cargo master`, `cargo slave` and `cargo minimal` are `cargo xtask flash`. Exit codes: [`firmware_images::support::ending`].
+//! `cargo master`, `cargo slave` and `cargo minimal` are `cargo xtask flash`. Exit codes: [`ecss_can_cli::images::support::ending`].
 
 #![forbid(unsafe_code)]
 
@@ -53,7 +53,7 @@ enum Command {
     /// Run all tests: those of `cargo test`, all other runs of images, all commands, and those with tools of others
     TestAll(test_all::Options),
     /// Lint firmware and boards for their target; warnings are errors
-    Clippy(firmware_images::support::board::Target),
+    Clippy(ecss_can_cli::images::support::board::Target),
     /// Check that embassy-stm32 has a chip of each STM32F4 line, that chip support compiles for one of each family, and slaves on its CAN drivers
     Chips,
 }
@@ -72,7 +72,7 @@ fn main() -> ExitCode {
         Command::Mutants(options) => mutants::run(&options),
         Command::TestAll(options) => test_all::run(&options),
         Command::Clippy(options) => firmware::clippy(&options),
-        Command::Chips => firmware_images::check_chips().map_err(Into::into),
+        Command::Chips => ecss_can_cli::images::check_chips().map_err(Into::into),
     };
-    firmware_images::support::ending::end(outcome, Cli::command())
+    ecss_can_cli::images::support::ending::end(outcome, Cli::command())
 }

@@ -3,15 +3,15 @@
 use std::ffi::OsString;
 use std::path::Path;
 
-use can_wire::time::Time;
+use can_twin::board::{BoardConfig, Fittings};
+use can_twin::crystal::Crystal;
+use can_twin::rtt::Level;
+use can_twin::spacecraft::{Spacecraft, SpacecraftConfig};
+use can_twin::wire::time::Time;
 use clap::Args;
-use firmware_images::support::board::{Board, help};
-use firmware_images::support::fleet;
-use firmware_images::support::output::{self, Silently};
-use twin::board::{BoardConfig, Fittings};
-use twin::crystal::Crystal;
-use twin::rtt::Level;
-use twin::spacecraft::{Spacecraft, SpacecraftConfig};
+use ecss_can_cli::images::support::board::{Board, help};
+use ecss_can_cli::images::support::fleet;
+use ecss_can_cli::images::support::output::{self, Silently};
 
 use crate::flash;
 
@@ -51,7 +51,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if !options.twin {
         flash::find_probe_rs()?;
     }
-    let image = firmware_images::build_check(options.board.board_crate(), "selftest")?;
+    let image = ecss_can_cli::images::build_check(options.board.board_crate(), "selftest")?;
     if options.twin {
         return fly(&options.board, &image);
     }

@@ -7,10 +7,10 @@ use anyhow::{Context, ensure};
 use cargo_metadata::MetadataCommand;
 use clap::{Args, ValueEnum};
 
-use firmware_images::support::needs::{
+use ecss_can_cli::images::support::needs::{
     CHROMIUM, LLD, LLVM, LOG2ASC, Need, PARALLEL, PYTHON, QEMU, TSHARK, provide,
 };
-use firmware_images::support::project;
+use ecss_can_cli::images::support::project;
 
 /// Tools of the tests of the third tier.
 const NEEDS: [Need; 10] = [
@@ -111,7 +111,7 @@ fn first_tier() -> anyhow::Result<Vec<String>> {
 /// Runs `cargo test` with these arguments, and after `--` with those for the tests.
 fn test(arguments: &[&str], behind: &[String]) -> anyhow::Result<()> {
     let mut cargo = Command::new("cargo");
-    firmware_images::clean(&mut cargo).arg("test").args(arguments);
+    ecss_can_cli::images::clean(&mut cargo).arg("test").args(arguments);
     let status = cargo.arg("--").args(behind).current_dir(project::path("")).status();
     ensure!(status.context("cannot run cargo")?.success(), "a test failed, see above");
     Ok(())

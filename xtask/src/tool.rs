@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 
-use firmware_images::support::{output, project};
+use ecss_can_cli::images::support::{output, project};
 
 /// A program with a pinned version.
 pub struct Tool {
@@ -68,7 +68,7 @@ impl Tool {
             project::shown(root)
         ));
         let mut cargo = Command::new("cargo");
-        firmware_images::clean(&mut cargo)
+        ecss_can_cli::images::clean(&mut cargo)
             .args(["install", program, "--version", version, "--locked", "--debug"])
             .args(self.arguments)
             .arg("--root")

@@ -30,7 +30,7 @@
 //! | overruns | not reported; two FIFOs with three frames, of which one is used | as `Bxcan` |
 //!
 //! A node that has no error state does not report bus-off. A node whose controller recovers by itself may be on the bus
-//! again earlier than ECSS-E-ST-50-15C allows. The driver of this project (`boards-stm32f4`) has none of these limits.
+//! again earlier than ECSS-E-ST-50-15C allows. The driver of this project (`ecss-can-stm32f4`) has none of these limits.
 //!
 //! # Defects of embassy-stm32 0.6.0 that these ports avoid
 //!

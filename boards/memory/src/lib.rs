@@ -6,7 +6,7 @@
 //! ```no_run
 //! # #[allow(clippy::needless_doctest_main, reason = "a whole build.rs")]
 //! fn main() {
-//!     boards_memory::place()
+//!     ecss_can_memory::place()
 //! }
 //! ```
 //!
@@ -18,9 +18,9 @@
 //!     embassy-stm32 = { version = "=0.6.0", features = ["stm32f407vg"] }
 //!
 //!     [build-dependencies]
-//!     boards-memory = { path = "../memory" }
+//!     ecss-can-memory = { path = "../memory" }
 //! "#;
-//! let chip = boards_memory::chip_of_manifest(manifest).unwrap();
+//! let chip = ecss_can_memory::chip_of_manifest(manifest).unwrap();
 //! assert_eq!((chip.flash_kib(), chip.ram_kib(), chip.ccm_kib()), (1024, 128, 64));
 //! ```
 //!

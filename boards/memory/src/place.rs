@@ -22,7 +22,7 @@ pub fn place() {
 
 fn variable(name: &str) -> String {
     env::var(name)
-        .unwrap_or_else(|_| panic!("{name} is not set: call boards_memory::place() from a build script"))
+        .unwrap_or_else(|_| panic!("{name} is not set: call ecss_can_memory::place() from a build script"))
 }
 
 /// Does the work of [`place`] for the package in `folder`, and returns the lines that a build script prints for cargo. Writes

@@ -19,7 +19,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-use boards_stm32f4::{Oscillator, board};
+use ecss_can_stm32f4::{Oscillator, board};
 
 board! {
     $crate,

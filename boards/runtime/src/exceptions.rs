@@ -1,6 +1,8 @@
 //! Exceptions of the core: faults, the NMI of the clock security system, SysTick.
 
-use boards_stm32f4::exceptions::{FAULT_STACK, FAULT_STACK_SIZE, ReadLog, on_fault, on_oscillator, on_tick};
+use ecss_can_stm32f4::exceptions::{
+    FAULT_STACK, FAULT_STACK_SIZE, ReadLog, on_fault, on_oscillator, on_tick,
+};
 
 /// Function that copies the end of the log into a record.
 const LOG: ReadLog = {

@@ -1,6 +1,6 @@
 //! Interrupts of both CAN controllers.
 
-use boards_stm32f4::{ReceiveHandler, StatusHandler, TransmitHandler};
+use ecss_can_stm32f4::{ReceiveHandler, StatusHandler, TransmitHandler};
 use embassy_stm32::{bind_interrupts, peripherals};
 
 bind_interrupts!(

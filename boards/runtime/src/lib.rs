@@ -12,7 +12,7 @@
 //! | `exceptions` | handlers of faults, NMI and SysTick, which end or supervise the program |
 //! | `memory` | routines of the compiler, smaller or faster: copies of memory, divisions of 64-bit numbers |
 //!
-//! An image links this crate by using `Irqs`, or by `use boards_runtime as _`. [`node_tasks`] declares a function that
+//! An image links this crate by using `Irqs`, or by `use ecss_can_runtime as _`. [`node_tasks`] declares a function that
 //! spawns the tasks of a node, [`pulse_task`] one for the pulse output.
 //!
 //! On the host the crate contains only these macros.
@@ -41,4 +41,4 @@ pub use interrupts::Irqs;
 
 #[cfg(target_os = "none")]
 #[doc(hidden)]
-pub use boards_stm32f4::supervised;
+pub use ecss_can_stm32f4::supervised;

@@ -7,7 +7,7 @@
 /// The tasks are supervised under the names `bus`, twice, and `due`. The image depends on `ecss-can` and `embassy-executor`.
 ///
 /// ```ignore (a part of an image)
-/// boards_runtime::node_tasks!(fn spawn_node(Board, Slave<Heater>));
+/// ecss_can_runtime::node_tasks!(fn spawn_node(Board, Slave<Heater>));
 ///
 /// // In its main task:
 /// let (slave, events, runners) = RESOURCES.start(slave, board.connection, &DIAGNOSTICS);
@@ -39,10 +39,10 @@ macro_rules! node_tasks {
 ///
 /// `fn NAME(BOARD, NODE, PER_SECOND)`: types of board and node, and a function that takes the handle of the node and returns the
 /// number of pulses per second as a function, which the task calls before each pulse. The task is supervised under the name `pulses`. The image
-/// depends on `ecss-can`, `boards-stm32f4` and `embassy-executor`.
+/// depends on `ecss-can`, `ecss-can-stm32f4` and `embassy-executor`.
 ///
 /// ```ignore (a part of an image)
-/// boards_runtime::pulse_task!(fn spawn_pulses(Board, Node, pulses_per_second));
+/// ecss_can_runtime::pulse_task!(fn spawn_pulses(Board, Node, pulses_per_second));
 ///
 /// // In its main task:
 /// spawn_pulses(spawner, board.pulse, slave);
@@ -52,12 +52,12 @@ macro_rules! pulse_task {
     (fn $name:ident($board:ty, $node:ty, $per_second:path)) => {
         fn $name(
             spawner: ::embassy_executor::Spawner,
-            pulse: ::boards_stm32f4::Pulse,
+            pulse: ::ecss_can_stm32f4::Pulse,
             node: ::ecss_can::runner::Handle<$board, $node>,
         ) {
             #[::embassy_executor::task]
             fn pulses(
-                pulse: ::boards_stm32f4::Pulse,
+                pulse: ::ecss_can_stm32f4::Pulse,
                 node: ::ecss_can::runner::Handle<$board, $node>,
             ) -> impl Future<Output = ()> {
                 $crate::supervised(

@@ -12,7 +12,7 @@ use embassy_stm32::peripherals::{CAN1, CAN2};
 use crate::bxcan::ControllerInterrupts;
 use crate::{post_mortem, straps, supervisor};
 
-/// Interrupts of both CAN controllers: `boards_runtime::Irqs`, or a structure of `bind_interrupts!`.
+/// Interrupts of both CAN controllers: `ecss_can_runtime::Irqs`, or a structure of `bind_interrupts!`.
 pub trait CanInterrupts: Copy + ControllerInterrupts<CAN1> + ControllerInterrupts<CAN2> {}
 
 impl<I: Copy + ControllerInterrupts<CAN1> + ControllerInterrupts<CAN2>> CanInterrupts for I {}

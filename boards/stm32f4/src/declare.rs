@@ -22,7 +22,7 @@
 /// | `led_sync`, `led_state`, `led_heartbeat`, `led_time` | any pin |
 ///
 /// ```
-/// use boards_stm32f4::{Oscillator, board};
+/// use ecss_can_stm32f4::{Oscillator, board};
 ///
 /// # #[cfg(target_os = "none")] // on a chip alone there are pins
 /// board! {

@@ -10,15 +10,15 @@
 //!
 //! ```ignore (an image)
 //! // `board` is the crate of the board.
-//! type MyBoard = boards_stm32f4::Board<board::Spec>;
+//! type MyBoard = ecss_can_stm32f4::Board<board::Spec>;
 //!
-//! let p = boards_stm32f4::start::<board::Spec>();
-//! let board = MyBoard::new(board::take!(p), BIT_TIMING, boards_runtime::Irqs);
+//! let p = ecss_can_stm32f4::start::<board::Spec>();
+//! let board = MyBoard::new(board::take!(p), BIT_TIMING, ecss_can_runtime::Irqs);
 //! let i2c = I2c::new_blocking(p.I2C1, p.PB6, p.PB7, Default::default());
 //! ```
 //!
-//! The crate defines no handler of panics or exceptions and no symbol of the linker. `boards-runtime` provides them. An
-//! image without `boards-runtime` does this itself:
+//! The crate defines no handler of panics or exceptions and no symbol of the linker. `ecss-can-runtime` provides them. An
+//! image without `ecss-can-runtime` does this itself:
 //!
 //! - it binds the six interrupts of both controllers to `ReceiveHandler`, `TransmitHandler` and `StatusHandler`;
 //! - it calls `exceptions::on_tick` in its handler of SysTick; otherwise the watchdog resets the chip after a few seconds;
@@ -27,7 +27,7 @@
 //! - it selects a time driver of embassy-stm32 and its feature `rt`, a critical section and a panic handler.
 //!
 //! No protocol code above this crate names a register or a pin. All `unsafe` of the project is in this crate and in
-//! `boards-runtime`. On the host only the parts that need no hardware are compiled, for tests.
+//! `ecss-can-runtime`. On the host only the parts that need no hardware are compiled, for tests.
 
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_op_in_unsafe_fn)]

@@ -1,21 +1,21 @@
 //! Start of the master: board, node, tasks.
 
 use board::Spec;
-use boards_runtime::Irqs;
-use boards_stm32f4::{DIAGNOSTICS, Leds, supervised};
 use ecss_can::prelude::*;
+use ecss_can_runtime::Irqs;
+use ecss_can_stm32f4::{DIAGNOSTICS, Leds, supervised};
 use embassy_executor::Spawner;
-use master::{Application, Cables, pulses_per_second};
+use mission::application::master::{Application, Cables, pulses_per_second};
 use mission::{Boards, PROFILE};
 
-type Board = boards_stm32f4::Board<Spec>;
-type Node = master::Node<Boards>;
+type Board = ecss_can_stm32f4::Board<Spec>;
+type Node = mission::application::master::Node<Boards>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 static CABLES: Cables = Cables::new();
 
-boards_runtime::node_tasks!(fn spawn_node(Board, Node));
-boards_runtime::pulse_task!(fn spawn_pulses(Board, Node, pulses_per_second));
+ecss_can_runtime::node_tasks!(fn spawn_node(Board, Node));
+ecss_can_runtime::pulse_task!(fn spawn_pulses(Board, Node, pulses_per_second));
 
 #[embassy_executor::task]
 fn cables(master: Handle<Board, Node>) -> impl Future<Output = ()> {
@@ -36,12 +36,12 @@ fn application(
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let p = boards_stm32f4::start::<Spec>();
-    let timing = const { boards_stm32f4::bit_timing(&PROFILE.network) };
+    let p = ecss_can_stm32f4::start::<Spec>();
+    let timing = const { ecss_can_stm32f4::bit_timing(&PROFILE.network) };
     let board = Board::new(board::take!(p), timing, Irqs);
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     #[cfg(feature = "standby")]
-    let Some(strap) = boards_stm32f4::straps::master_board(board.straps) else {
+    let Some(strap) = ecss_can_stm32f4::straps::master_board(board.straps) else {
         return defmt::error!("straps of neither master board, staying silent");
     };
     let master = || {

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use ecss_can::types::NodeId;
-use master::{Application, Cables};
+use mission::application::master::{Application, Cables};
 use mission::{PROFILE, host};
 
 const SLAVES: [NodeId; 3] = [NodeId::of::<2>(), NodeId::of::<3>(), NodeId::of::<4>()];

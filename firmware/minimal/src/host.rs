@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use ecss_can::node::minimal::MinimalSlave;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::NodeId;
-use minimal::Application;
+use mission::application::minimal::Application;
 use mission::minimal::Shipped;
 use mission::{PROFILE, host};
 

@@ -19,7 +19,7 @@ pub trait Indicators {
 }
 
 #[cfg(all(target_os = "none", feature = "leds"))]
-impl Indicators for boards_stm32f4::Leds {
+impl Indicators for ecss_can_stm32f4::Leds {
     #[inline] // row `size.pyboard-v11.slave.flash`: the five save 8 bytes
     fn sync(&mut self) {
         self.sync.toggle();
@@ -42,6 +42,6 @@ impl Indicators for boards_stm32f4::Leds {
 
     #[inline]
     fn reset(&mut self) {
-        boards_stm32f4::reset()
+        ecss_can_stm32f4::reset()
     }
 }

@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod application;
 mod choice;
 pub mod counters;
 pub mod fmt;

@@ -1,24 +1,24 @@
 //! Start of the slave: board, node, tasks.
 
 use board::Spec;
-use boards_runtime::Irqs;
-use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::prelude::*;
+use ecss_can_runtime::Irqs;
+use ecss_can_stm32f4::{DIAGNOSTICS, supervised};
 use embassy_executor::Spawner;
 use mission::PROFILE;
-use slave::{Application, Node, pulses_per_second};
+use mission::application::slave::{Application, Node, pulses_per_second};
 
-type Board = boards_stm32f4::Board<Spec>;
+type Board = ecss_can_stm32f4::Board<Spec>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
-boards_runtime::node_tasks!(fn spawn_node(Board, Node));
-boards_runtime::pulse_task!(fn spawn_pulses(Board, Node, pulses_per_second));
+ecss_can_runtime::node_tasks!(fn spawn_node(Board, Node));
+ecss_can_runtime::pulse_task!(fn spawn_pulses(Board, Node, pulses_per_second));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let p = boards_stm32f4::start::<Spec>();
-    let timing = const { boards_stm32f4::bit_timing(&PROFILE.network) };
+    let p = ecss_can_stm32f4::start::<Spec>();
+    let timing = const { ecss_can_stm32f4::bit_timing(&PROFILE.network) };
     let board = Board::new(board::take!(p), timing, Irqs);
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let id = match board.node_id {

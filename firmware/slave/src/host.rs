@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 
 use ecss_can::types::NodeId;
+use mission::application::slave::Application;
 use mission::{PROFILE, host};
-use slave::Application;
 
 const NODE: NodeId = NodeId::of::<2>();
 

@@ -17,11 +17,11 @@
 //! not need cannot be wrong.
 //!
 //! ```
-//! use data_sheet::DataSheet;
+//! use async_canopen_eds::DataSheet;
 //!
 //! let sheet = DataSheet::read(b"[DeviceInfo]\r\n[1800SUB1]\r\nDefaultValue = 0x180 + $NodeId\r\n")?;
 //! assert_eq!(sheet.object(0x1800, 1, 5)?.map(|value| value.number), Some(0x185));
-//! # Ok::<(), data_sheet::Unreadable>(())
+//! # Ok::<(), async_canopen_eds::Unreadable>(())
 //! ```
 
 #![forbid(unsafe_code)]

@@ -7,7 +7,7 @@
 //! ```
 //! use ecss_can::types::NodeId;
 //! use ecss_can::node::Communication;
-//! use eds::{Commissioning, Description, Device, Timestamp};
+//! use ecss_can_eds::{Commissioning, Description, Device, Timestamp};
 //!
 //! let device = Device {
 //!     vendor: "Somebody".into(),
@@ -24,7 +24,7 @@
 //! configured.heartbeat.time = 100;
 //! let dcf = description.dcf("tracker-3.dcf", "tracker.eds", &Commissioning::new(node), &mut configured)?;
 //! assert!(dcf.contains("ParameterValue=0x0064"));
-//! # Ok::<(), eds::Error>(())
+//! # Ok::<(), ecss_can_eds::Error>(())
 //! ```
 //!
 //! [`DataSheet`] reads the files of other tools.
@@ -58,7 +58,7 @@ pub mod pdos;
 mod program;
 mod value;
 
-pub use data_sheet::{DataSheet, Entry, Unreadable, Value};
+pub use async_canopen_eds::{DataSheet, Entry, Unreadable, Value};
 pub use description::Description;
 pub use device::{BIT_RATES, Commissioning, Device, Timestamp};
 pub use program::{canopen_program, master_program, program, slave_program};

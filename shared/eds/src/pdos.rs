@@ -4,7 +4,7 @@
 //! whether they agree. [`mismatches`] compares each receive PDO with the transmit PDO of the same COB-ID:
 //!
 //! ```
-//! use eds::pdos::{Field, Node, Pdo, mismatches};
+//! use ecss_can_eds::pdos::{Field, Node, Pdo, mismatches};
 //!
 //! let field = |name: &str, bits| Field { name: name.into(), data_type: 0x05, bits };
 //! let pdo = |fields| Pdo { number: 1, id: 0x185, fields };

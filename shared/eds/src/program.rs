@@ -60,9 +60,9 @@ pub fn master_program<D: node::SpacecraftDevice>(profile: &Profile, sheet: Devic
 /// }
 ///
 /// fn main() -> std::process::ExitCode {
-///     let made = eds::Timestamp::noon(2026, 11, 22);
-///     let sheet = eds::Device { product: "Valve".into(), bit_rates: vec![250], ..eds::Device::new(made) };
-///     eds::canopen_program::<Valve>(&Settings::DEFAULT, sheet)
+///     let made = ecss_can_eds::Timestamp::noon(2026, 11, 22);
+///     let sheet = ecss_can_eds::Device { product: "Valve".into(), bit_rates: vec![250], ..ecss_can_eds::Device::new(made) };
+///     ecss_can_eds::canopen_program::<Valve>(&Settings::DEFAULT, sheet)
 /// }
 /// ```
 pub fn canopen_program<D: node::Device>(settings: &Settings, sheet: Device) -> ExitCode {

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::{Arc, LazyLock};
 
-use can_wire::time::Time;
-use twin::board::BoardConfig;
-use twin::image::Image;
-use twin::spacecraft::Bus;
+use can_twin::board::BoardConfig;
+use can_twin::image::Image;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::time::Time;
 
 use crate::*;
 
@@ -31,7 +31,7 @@ static STANDARD_PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| minimal_image(P
 
 /// The image of the minimal slave for a board and a profile, with its bit rate.
 pub fn minimal_image(board: &str, profile: &str) -> Arc<Image> {
-    parsed(&firmware_images::build_minimal(board, profile, firmware_images::LOG).unwrap())
+    parsed(&ecss_can_cli::images::build_minimal(board, profile, ecss_can_cli::images::LOG).unwrap())
 }
 
 pub const MASTER_SETUP: BoardSetup = MASTER_AND_THREE[0];

@@ -1,7 +1,7 @@
 //! Faults that end a program. The harness lets the executor poll other code in place of a task, which flipped bits in
 //! RAM would do too.
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 
 use crate::{Flight, ms};
 
@@ -48,7 +48,7 @@ pub struct Task {
 /// # Panics
 /// When the image has no such list.
 pub fn tasks(flight: &Flight, node: u8) -> Vec<Task> {
-    let list = flight.emulated(node).symbol("boards_stm32f4::supervisor::TASK_LIST").unwrap();
+    let list = flight.emulated(node).symbol("ecss_can_stm32f4::supervisor::TASK_LIST").unwrap();
     let words: Vec<u32> = (0..list.size / 4).map(|n| word_at(flight, node, list.address + 4 * n)).collect();
     let is_ram = |word: &u32| word >> 24 == 0x20;
     let is_name =
@@ -103,7 +103,7 @@ pub fn end_program(flight: &mut Flight, node: u8, task: Task, code: &[u8]) -> Ti
     let board = flight.emulated_mut(node);
     // A minimal slave has no record, and notes no task: the word goes to the end of its RAM.
     let running = board
-        .symbol("boards_stm32f4::post_mortem::record::RUNNING")
+        .symbol("ecss_can_stm32f4::post_mortem::record::RUNNING")
         .map_or(0x2001_FFF0, |symbol| symbol.address);
     board.write_flash(CODE, &halfwords(&NOTED)).unwrap();
     board.write_flash(BODY, code).unwrap();

@@ -2,8 +2,8 @@
 //!
 //! Profile `standard`: heartbeat and SYNC 100 ms, consumer time 250 ms.
 
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::time::Time;
 
 use crate::*;
 

@@ -5,17 +5,17 @@ use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex};
 
-use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::Observation;
-use can_wire::time::Time;
-use firmware_images::support::counters::Counters;
-use firmware_images::support::diagnostics::Diagnostics;
-use twin::board::{BoardConfig, EmulatedBoard, Fittings, State};
-use twin::crystal::Crystal;
-use twin::image::Image;
-use twin::model::Model;
-use twin::pin::Pin;
-use twin::spacecraft::{BoardId, Bus, GuestId, LogRecord, Spacecraft, SpacecraftConfig, WireRecord};
+use can_twin::board::{BoardConfig, EmulatedBoard, Fittings, State};
+use can_twin::crystal::Crystal;
+use can_twin::image::Image;
+use can_twin::model::Model;
+use can_twin::pin::Pin;
+use can_twin::spacecraft::{BoardId, Bus, GuestId, LogRecord, Spacecraft, SpacecraftConfig, WireRecord};
+use can_twin::wire::frame::{WireFrame, WireId};
+use can_twin::wire::record::Observation;
+use can_twin::wire::time::Time;
+use ecss_can_cli::images::support::counters::Counters;
+use ecss_can_cli::images::support::diagnostics::Diagnostics;
 
 pub const MASTER: u8 = 1;
 
@@ -41,7 +41,7 @@ static DISCOVERY: LazyLock<Images> = LazyLock::new(|| build(STM32F4DISCOVERY, "l
 pub static STANDARD: LazyLock<Images> = LazyLock::new(|| build(PYBOARD_V11, "standard"));
 
 pub fn build(board: &str, profile: &str) -> Images {
-    let images = firmware_images::build(board, profile).unwrap();
+    let images = ecss_can_cli::images::build(board, profile).unwrap();
     [images.master, images.slave].map(|path| parsed(&path))
 }
 

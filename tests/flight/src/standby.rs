@@ -3,10 +3,10 @@
 
 use std::sync::LazyLock;
 
-use can_wire::time::Time;
-use twin::board::BoardConfig;
-use twin::pin::Pin;
-use twin::spacecraft::{BoardId, Bus};
+use can_twin::board::BoardConfig;
+use can_twin::pin::Pin;
+use can_twin::spacecraft::{BoardId, Bus};
+use can_twin::wire::time::Time;
 
 use crate::*;
 

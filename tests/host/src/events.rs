@@ -2,15 +2,15 @@
 
 use std::fmt;
 
-use can_wire::fault::Fault;
-use can_wire::time::Time;
+use can_twin::wire::fault::Fault;
+use can_twin::wire::time::Time;
 use ecss_can::emcy::{ActiveError, ErrorCode};
 use ecss_can::node::MasterEvent;
 use ecss_can::prelude::*;
 use ecss_can::redundancy::{Strap, TwoBoards};
 use ecss_can::runner::extend::WholeNode;
-use host_worlds::log::NodeEvent;
-use host_worlds::{Events, Handle, MockBoard, NEXT_TO_MASTER_M, NodeKey, World, idle};
+use ecss_can_worlds::log::NodeEvent;
+use ecss_can_worlds::{Events, Handle, MockBoard, NEXT_TO_MASTER_M, NodeKey, World, idle};
 
 /// The slave that reports.
 pub(crate) const WHEEL: NodeId = NodeId::of::<3>();

@@ -1,11 +1,11 @@
 //! Reports at random moments, under random faults: afterwards the active master knows the error and the value.
 
-use can_wire::fault::Fault;
-use can_wire::time::Time;
+use can_twin::wire::fault::Fault;
+use can_twin::wire::time::Time;
 use ecss_can::emcy::ActiveError;
 use ecss_can::prelude::*;
+use ecss_can_worlds::{NodeKey, World};
 use fastrand::Rng;
-use host_worlds::{NodeKey, World};
 
 use crate::events::{Break, Flight, SOURCE, STAYS, STRIKE, WHEEL, known, report, strike, world};
 

@@ -5,7 +5,7 @@ use ecss_can::profile::Profile;
 use ecss_can::redundancy::machine::MasterSetup;
 use ecss_can::redundancy::{Pair, Parameters};
 use ecss_can::types::{Bus, Duration, NodeId};
-use host_worlds::judge::Bounds;
+use ecss_can_worlds::judge::Bounds;
 
 /// Upper bound of Node-IDs (exclusive).
 pub const PLACES: usize = 4;

@@ -1,6 +1,6 @@
 //! Properties that must hold at all times.
 
-use host_worlds::judge::Bounds;
+use ecss_can_worlds::judge::Bounds;
 
 use crate::profile::{bounds, ticks, with_round, without_round};
 use crate::watch::Watched;

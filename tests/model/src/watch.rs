@@ -1,8 +1,8 @@
-//! A world observed by [`host_worlds::judge`].
+//! A world observed by [`ecss_can_worlds::judge`].
 
 use ecss_can::redundancy::Parameters;
 use ecss_can::types::{Bus, Canonical, Instant, PerBus};
-use host_worlds::judge::{self, Command, Slave, View, Watch};
+use ecss_can_worlds::judge::{self, Command, Slave, View, Watch};
 
 use crate::defect::Defect;
 use crate::profile::{PARAMETERS, without_round};

@@ -7,7 +7,7 @@ use anyhow::Context;
 use async_canopen::node::{CanopenSlave, Settings};
 use async_canopen::od::Objects;
 use async_canopen::types::NodeId;
-use eds::{Commissioning, Description, Device, Timestamp};
+use ecss_can_eds::{Commissioning, Description, Device, Timestamp};
 use embassy_slave::Heater;
 use mission::LIBRECUBE;
 
@@ -23,7 +23,7 @@ const MADE: Timestamp = Timestamp { year: 2026, month: 11, day: 22, hour: 12, mi
 /// # Errors
 /// When it cannot be built.
 pub fn image() -> anyhow::Result<PathBuf> {
-    Ok(firmware_images::build_fixture("test-device", LIBRECUBE.name)?)
+    Ok(ecss_can_cli::images::build_fixture("test-device", LIBRECUBE.name)?)
 }
 
 /// Writes EDS and DCF into `target/second/device`; returns the EDS. The DCF is beside it and has `-3` in its name.

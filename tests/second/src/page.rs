@@ -196,7 +196,7 @@ impl Folder {
 
     fn shell(&self, script: &str) -> Command {
         let mut shell = Command::new("sh");
-        firmware_images::clean(&mut shell);
+        ecss_can_cli::images::clean(&mut shell);
         shell.args(["-c", script]).current_dir(&self.here).stdin(Stdio::null()).stderr(Stdio::inherit());
         if let Some(tools) = &self.tools {
             let path = std::env::var("PATH").unwrap_or_default();

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
-use firmware_images::Package;
+use ecss_can_cli::images::Package;
 
 use crate::device;
 use crate::program::{Twin, ends_well};
@@ -78,7 +78,7 @@ pub fn run_with_embassy(name: &str, program: &str) -> anyhow::Result<String> {
 /// # Errors
 /// As [`run`], and when an image cannot be built.
 pub fn run_at_125_kbit(name: &str) -> anyhow::Result<String> {
-    let images = firmware_images::build("pyboard-v11", "standard+kbit-125")?;
+    let images = ecss_can_cli::images::build("pyboard-v11", "standard+kbit-125")?;
     let master = format!("--master={}", images.master.display());
     let [second, third] = [2, 3].map(|node| format!("--slave={node}={}", images.slave.display()));
     run_with(name, &["--slaves", "0", &master, &second, &third], &[("BIT_RATE", "125000")])

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use anyhow::ensure;
-use firmware_images::support::needs::{self, Need};
+use ecss_can_cli::images::support::needs::{self, Need};
 
 /// Returns the directory of the scripts.
 pub fn scripts() -> PathBuf {
@@ -14,7 +14,7 @@ pub fn scripts() -> PathBuf {
 
 /// Returns the root of the workspace.
 pub fn workspace() -> PathBuf {
-    firmware_images::support::project::path("")
+    ecss_can_cli::images::support::project::path("")
 }
 
 /// Returns the files below `folder` with this extension and their texts, without build results and hidden folders.

@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use std::time::Duration;
-//! use tools::schedule::{Errors, Message, Network, response_times};
+//! use ecss_can_cli::schedule::{Errors, Message, Network, response_times};
 //!
 //! let ms = Duration::from_millis;
 //! let heartbeat = |id| Message { id, bytes: 1, period: ms(100), jitter: ms(0), deadline: ms(100), after: None };
@@ -26,8 +26,8 @@ pub use analysis::response_times;
 pub use message::{Errors, Message, Network};
 pub use options::Options;
 
+use crate::images::support::output;
 use anyhow::bail;
-use firmware_images::support::output;
 
 /// Computes and prints the response times.
 ///

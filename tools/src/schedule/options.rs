@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
+use crate::images::support::board::Profile;
 use clap::Args;
 use ecss_can::profile;
-use firmware_images::support::board::Profile;
 
 use super::message::{Errors, Network};
 use super::mission::Assumed;
@@ -40,7 +40,7 @@ pub struct Options {
 }
 
 fn bit_rate(text: &str) -> Result<u32, String> {
-    let allowed = eds::BIT_RATES;
+    let allowed = ecss_can_eds::BIT_RATES;
     let found = text.parse().ok().filter(|rate| allowed.contains(rate));
     found.map(u32::from).ok_or_else(|| {
         let all: Vec<String> = allowed.iter().map(u16::to_string).collect();

@@ -17,7 +17,7 @@ struct Own {
 
 impl Own {
     fn new() -> Own {
-        let images = firmware_images::build("pyboard-v11", "standard").expect("images");
+        let images = ecss_can_cli::images::build("pyboard-v11", "standard").expect("images");
         let out = tempfile::tempdir().expect("a temporary directory");
         Own { out, master: images.master, slave: images.slave }
     }
@@ -141,7 +141,7 @@ fn own_images_fly_on_other_parts() {
 #[test]
 fn images_for_another_chip_are_refused() {
     let nucleo =
-        firmware_images::build("nucleo-f446re", "standard").expect("images").slave.display().to_string();
+        ecss_can_cli::images::build("nucleo-f446re", "standard").expect("images").slave.display().to_string();
     let slave = format!("3={nucleo}");
     let said =
         [&*nucleo, "the image was linked for DEV_ID 421h (STM32F446), the board has an STM32F405RG (413h)"];
@@ -203,7 +203,7 @@ fn capture_wire_at_another_pin_fails_the_flight() {
 /// Given a slave for 125 kbit/s among boards for 1 Mbit/s, then the first reason of the failure is the bit rates, with all boards.
 #[test]
 fn different_bit_rates_are_the_first_reason_of_the_failure() {
-    let slave = firmware_images::build("pyboard-v11", "standard+kbit-125").expect("images").slave;
+    let slave = ecss_can_cli::images::build("pyboard-v11", "standard+kbit-125").expect("images").slave;
     let (code, text) = Own { slave, ..Own::new() }.fly(&[]);
     assert_eq!(code, 1, "{text}");
     let reason = "error: the run failed: the bit rates on the nominal bus differ: node 2 at 125 kbit/s; master at 1000 kbit/s";

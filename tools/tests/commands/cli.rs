@@ -115,7 +115,7 @@ fn images_of_the_user_are_checked_before_anything_is_built() {
 /// Given an image that runs but exports no counters, when the demo is to fly it, then it is refused before the flight.
 #[test]
 fn an_image_without_counters_is_refused_by_the_demo() {
-    let shipped = firmware_images::build("pyboard-v11", "librecube").expect("images");
+    let shipped = ecss_can_cli::images::build("pyboard-v11", "librecube").expect("images");
     let mut elf = std::fs::read(shipped.slave).expect("an image");
     // Names of symbols, mangled or not, and of debug information.
     const NAME: &[u8] = b"DIAGNOSTICS";

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use firmware_images::Package;
+use ecss_can_cli::images::Package;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -257,7 +257,7 @@ fn example(package: &str) -> PathBuf {
 /// fails, and the summary names the node and its state.
 #[test]
 fn own_image_that_falls_silent_fails_the_flight() {
-    let fixture = firmware_images::build_fixture("test-silent", "standard").unwrap();
+    let fixture = ecss_can_cli::images::build_fixture("test-silent", "standard").unwrap();
     let slave = format!("3={}", fixture.display());
     let flown = Flown::of("--profile standard --slaves 1 --seconds 6 --cut-at never", &["--slave", &slave]);
     let Flown { code, stderr, .. } = &flown;

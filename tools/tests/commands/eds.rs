@@ -242,7 +242,7 @@ fn a_package_of_the_user_gets_its_files() {
 fn a_package_without_data_sheet_or_manifest_is_refused() {
     let without_manifest = ["--package", "thermometer", "--manifest-path", "nowhere/Cargo.toml"];
     for (arguments, parts) in [
-        (&["--package", "slave"][..], &["slave printed no data sheet", "eds::slave_program"][..]),
+        (&["--package", "slave"][..], &["slave printed no data sheet", "ecss_can_eds::slave_program"][..]),
         (&without_manifest, &["nowhere/Cargo.toml: no such file"]),
     ] {
         let (code, _, complaint) = eds(arguments);

@@ -11,7 +11,7 @@ use crate::TOOLS;
 /// follow the master. They are found again without a build, and the images of this project's boards are unchanged.
 #[test]
 fn shipped_images_fly_on_a_board_elsewhere() {
-    let usual = firmware_images::build("pyboard-v11", "standard").expect("images");
+    let usual = ecss_can_cli::images::build("pyboard-v11", "standard").expect("images");
     let before = fs::read(&usual.slave).expect("an image");
     let board = elsewhere(env!("CARGO_TARGET_TMPDIR"));
     let here = tempfile::tempdir().expect("a temporary directory");

@@ -38,7 +38,7 @@ fn demo_under_way(out: &Path) -> Child {
 }
 
 fn lock_file() -> PathBuf {
-    let folder = firmware_images::target().join("firmware");
+    let folder = ecss_can_cli::images::target().join("firmware");
     fs::create_dir_all(&folder).expect("a directory");
     folder.join("lock")
 }

@@ -236,7 +236,7 @@ fn who_asks_for_another_bit_rate_does_not_get_in() {
 /// Mbit/s is refused.
 #[test]
 fn clients_are_served_at_the_bit_rate_of_the_images() {
-    let images = firmware_images::build("pyboard-v11", "standard+kbit-125").expect("images");
+    let images = ecss_can_cli::images::build("pyboard-v11", "standard+kbit-125").expect("images");
     let (master, slave) = (images.master.display().to_string(), format!("2={}", images.slave.display()));
     let twin = Twin::start(&["--slaves", "0", "--master", &master, "--slave", &slave]);
     assert_eq!(twin.rates, ["125 kbit/s", "125 kbit/s"]);
@@ -256,7 +256,7 @@ fn clients_are_served_at_the_bit_rate_of_the_images() {
 /// Given a slave for 125 kbit/s among boards for 1 Mbit/s, then both rates and the boards are named before the flight.
 #[test]
 fn a_board_with_another_bit_rate_is_named() {
-    let images = firmware_images::build("pyboard-v11", "standard+kbit-125").expect("images");
+    let images = ecss_can_cli::images::build("pyboard-v11", "standard+kbit-125").expect("images");
     let slave = format!("3={}", images.slave.display());
     let arguments = ["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", "0.1"];
     let (code, _, stderr) =
@@ -287,7 +287,7 @@ fn without_the_master_a_client_is_node_1() {
 /// Given an image in a folder of the user, when it runs alone, then its board boots with the straps of its Node-ID.
 #[test]
 fn own_image_flies_with_the_straps_of_its_node() {
-    let images = firmware_images::build("pyboard-v11", "librecube").expect("images");
+    let images = ecss_can_cli::images::build("pyboard-v11", "librecube").expect("images");
     let folder = tempfile::tempdir().expect("a folder");
     let own = folder.path().join("own.elf");
     std::fs::copy(&images.slave, &own).expect("a copy");

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use tools::schedule::{Errors, Message, Network, response_times};
+use ecss_can_cli::schedule::{Errors, Message, Network, response_times};
 
 fn us(us: u64) -> Duration {
     Duration::from_micros(us)

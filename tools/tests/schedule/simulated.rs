@@ -3,15 +3,15 @@
 
 use std::time::Duration;
 
-use can_wire::controller::WireEvent;
-use can_wire::encode::encode;
-use can_wire::fault::{Fault, Flip, Nodes, Place};
-use can_wire::field::Field;
-use can_wire::frame::WireFrame;
-use can_wire::station::{Bench, Station};
-use can_wire::time::Time;
+use can_twin::wire::controller::WireEvent;
+use can_twin::wire::encode::encode;
+use can_twin::wire::fault::{Fault, Flip, Nodes, Place};
+use can_twin::wire::field::Field;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::station::{Bench, Station};
+use can_twin::wire::time::Time;
+use ecss_can_cli::schedule::{Errors, Message, Network, response_times};
 use fastrand::Rng;
-use tools::schedule::{Errors, Message, Network, response_times};
 
 /// Time at which all nodes are on the bus.
 const START: Time = Time::from_ms(1);

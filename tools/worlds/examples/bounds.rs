@@ -1,6 +1,6 @@
-//! Prints how often the error is outside of the reported bound: `cargo run --release -p host-worlds --example bounds`.
+//! Prints how often the error is outside of the reported bound: `cargo run --release -p ecss-can-worlds --example bounds`.
 
-use host_worlds::local_clock::{Figures, Sample, trials::TRIALS};
+use ecss_can_worlds::local_clock::{Figures, Sample, trials::TRIALS};
 
 fn main() {
     let seeds: u64 = std::env::args().nth(1).map_or(100, |seeds| seeds.parse().expect("a number of seeds"));

@@ -1,8 +1,8 @@
-//! Prints the figures of `docs/decisions/clock-estimator.md`: `cargo run --release -p host-worlds --example figures`.
+//! Prints the figures of `docs/decisions/clock-estimator.md`: `cargo run --release -p ecss-can-worlds --example figures`.
 
 use ecss_can::time::machine::LocalClock;
-use host_worlds::local_clock::trials::STEADY;
-use host_worlds::local_clock::{Figures, Sample, Scenario, Stamps};
+use ecss_can_worlds::local_clock::trials::STEADY;
+use ecss_can_worlds::local_clock::{Figures, Sample, Scenario, Stamps};
 
 const SEEDS: u64 = 100;
 

@@ -7,7 +7,7 @@ use ecss_can::types::NodeId;
 use crate::clock::MockClock;
 use crate::port::BoardPort;
 
-/// The board of a node in a world, the mock of `boards_stm32f4::Board`.
+/// The board of a node in a world, the mock of `ecss_can_stm32f4::Board`.
 pub struct MockBoard {
     /// Node-ID by its straps.
     pub node_id: NodeId,

@@ -1,7 +1,7 @@
 //! Builder of a world.
 
-use can_wire::time::Time;
-use can_wire::timing::BitTiming;
+use can_twin::wire::time::Time;
+use can_twin::wire::timing::BitTiming;
 use ecss_can::node::{Master, Slave, SpacecraftDevice};
 use ecss_can::redundancy::MasterBoards;
 use ecss_can::types::{Frame, NodeId};
@@ -178,8 +178,8 @@ impl Builder {
 
 #[cfg(test)]
 mod tests {
-    use can_wire::time::TICKS_PER_US;
-    use can_wire::timing::Quantum;
+    use can_twin::wire::time::TICKS_PER_US;
+    use can_twin::wire::timing::Quantum;
     use ecss_can::link::bit_timing::{BitTiming as Settings, Hertz, Limits, Range};
     use ecss_can::profile::Profile;
 

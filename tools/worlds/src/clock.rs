@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use can_wire::time::{TICKS_PER_US, Time};
+use can_twin::wire::time::{TICKS_PER_US, Time};
 use ecss_can::runner::Clock;
 use ecss_can::types::{FineInstant, Instant};
 

@@ -12,7 +12,7 @@
 //!
 //! ```
 //! use ecss_can::prelude::*;
-//! use host_worlds::{Events, Handle, MockBoard, NEXT_TO_MASTER_M, Plain, Time, World, idle, plain_master};
+//! use ecss_can_worlds::{Events, Handle, MockBoard, NEXT_TO_MASTER_M, Plain, Time, World, idle, plain_master};
 //!
 //! const PROFILE: Profile = Profile { name: "heater", ..Profile::DEFAULT };
 //! const HEATER: NodeId = NodeId::of::<5>();
@@ -110,8 +110,8 @@ pub mod world;
 
 pub use board::MockBoard;
 pub use builder::Builder;
-pub use can_wire;
-pub use can_wire::time::Time;
+pub use can_twin::wire;
+pub use can_twin::wire::time::Time;
 pub use key::NodeKey;
 pub use member::{Events, Handle, Member, ResetLine, idle};
 pub use plain::{Plain, plain_master};

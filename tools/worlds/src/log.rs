@@ -1,6 +1,6 @@
 //! Log of a world.
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::minimal::MinimalEvent;
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::types::NodeId;

@@ -1,6 +1,6 @@
 //! Receive PDOs of the nodes of a world, compared with what the others send.
 
-use eds::pdos;
+use ecss_can_eds::pdos;
 
 use crate::World;
 use crate::key::NodeKey;

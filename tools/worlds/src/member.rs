@@ -4,7 +4,7 @@ use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::minimal::{MinimalDevice, MinimalEvent, MinimalSlave};
 use ecss_can::node::{
     Master, MasterEvent, MasterRequest, Node, NodeObjects, Slave, SlaveEvent, SpacecraftDevice, Status,
@@ -13,7 +13,7 @@ use ecss_can::redundancy::MasterBoards;
 use ecss_can::runner::extend::WholeNode;
 use ecss_can::runner::{self, EventSource};
 use ecss_can::types::{AbortCode, Address, Instant};
-use eds::pdos;
+use ecss_can_eds::pdos;
 
 use crate::board::MockBoard;
 use crate::key::NodeKey;
@@ -140,7 +140,7 @@ impl<N: Member> Events<N> {
         event
     }
 
-    /// Resets the chip, as `boards_stm32f4::reset` does, once all its tasks wait.
+    /// Resets the chip, as `ecss_can_stm32f4::reset` does, once all its tasks wait.
     pub fn reset(&self) {
         self.reset_line().reset();
     }

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use futures_util::future::{AbortHandle, abortable};
 
 use crate::timeline::Timeline;

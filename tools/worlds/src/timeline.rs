@@ -7,7 +7,7 @@ use std::pin::Pin;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 
 /// Greatest number of steps of one kind at one instant; more mean an endless loop.
 pub(crate) const MAX_STEPS_PER_INSTANT: u32 = 10_000;

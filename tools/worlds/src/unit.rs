@@ -3,7 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::Hardware;
 use ecss_can::runner::{Connection, Diagnostics, Resources, Runners};
 use ecss_can::types::{Bus, PerBus};

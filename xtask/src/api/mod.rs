@@ -13,7 +13,7 @@ use std::io::BufReader;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use firmware_images::support::{output, project};
+use ecss_can_cli::images::support::{output, project};
 use rustdoc_types::{Crate, FORMAT_VERSION};
 use serde::Deserialize;
 
@@ -80,7 +80,7 @@ struct Version {
 /// because build scripts depend on `RUSTC_BOOTSTRAP`, and other builds would be repeated.
 fn document(package: &str) -> anyhow::Result<Crate> {
     let target = project::target("api");
-    let mut cargo = firmware_images::host_cargo();
+    let mut cargo = ecss_can_cli::images::host_cargo();
     cargo.args(["rustdoc", "--quiet", "--lib", "--all-features", "--package", package]);
     cargo.arg("--target-dir").arg(&target);
     cargo.args(["--", "-Z", "unstable-options", "--output-format", "json"]);

@@ -32,7 +32,7 @@ fn described(source: &str) -> Vec<items::Module> {
     let file = folder.path().join("described.rs");
     fs::write(&file, source).expect("a file");
     let mut rustdoc = Command::new("rustdoc");
-    firmware_images::clean(&mut rustdoc).env("RUSTC_BOOTSTRAP", "1").current_dir(project::path(""));
+    ecss_can_cli::images::clean(&mut rustdoc).env("RUSTC_BOOTSTRAP", "1").current_dir(project::path(""));
     rustdoc.args(["-Z", "unstable-options", "--output-format", "json", "--edition", "2024"]);
     rustdoc.args(["--allow", "rustdoc::broken-intra-doc-links"]);
     let status = rustdoc.arg("--out-dir").arg(folder.path()).arg(&file).status().expect("rustdoc runs");

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, ensure};
 use cargo_metadata::Message;
 use cargo_metadata::camino::Utf8PathBuf;
-use firmware_images::support::project;
+use ecss_can_cli::images::support::project;
 
 /// Target directory of its programs, separate so that they use no flags of other builds.
 const TARGET_DIR: &str = "target/bench/build";

@@ -8,21 +8,21 @@
 use std::sync::LazyLock;
 
 use anyhow::{Context as _, ensure};
-use can_wire::frame::{WireFrame, WireId};
-use can_wire::time::Time;
-use can_wire::transceiver::Transceiver;
-use twin::board::{BoardConfig, Fittings};
-use twin::crystal::{Crystal, Ramp};
-use twin::guest::GuestEvent;
-use twin::pin::Pin;
-use twin::pulses::{Errors, Trial};
-use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
-use twin::traffic::Traffic;
+use can_twin::board::{BoardConfig, Fittings};
+use can_twin::crystal::{Crystal, Ramp};
+use can_twin::guest::GuestEvent;
+use can_twin::pin::Pin;
+use can_twin::pulses::{Errors, Trial};
+use can_twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
+use can_twin::traffic::Traffic;
+use can_twin::wire::frame::{WireFrame, WireId};
+use can_twin::wire::time::Time;
+use can_twin::wire::transceiver::Transceiver;
 
-use demo::stamps::{StampErrors, StampWatch};
 use ecss_can::types::Address;
-use firmware_images::Images;
-use firmware_images::support::fleet;
+use ecss_can_cli::demo::stamps::{StampErrors, StampWatch};
+use ecss_can_cli::images::Images;
+use ecss_can_cli::images::support::fleet;
 
 use crate::bench::context::{FLOWN, board};
 

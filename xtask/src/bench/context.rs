@@ -4,17 +4,17 @@ use std::cell::{OnceCell, RefCell};
 use std::ops::ControlFlow;
 use std::sync::{Arc, LazyLock};
 
-use can_wire::time::Time;
-use firmware_images::{Images, LOG};
-use twin::board::{BoardConfig, Fittings};
-use twin::crystal::Crystal;
-use twin::image::Image;
+use can_twin::board::{BoardConfig, Fittings};
+use can_twin::crystal::Crystal;
+use can_twin::image::Image;
+use can_twin::wire::time::Time;
+use ecss_can_cli::images::{Images, LOG};
 
-use demo::flight::Flight;
-use demo::mission;
-use demo::plan::Plan;
-use firmware_images::support::board::{Board, Profile};
-use firmware_images::support::fleet;
+use ecss_can_cli::demo::flight::Flight;
+use ecss_can_cli::demo::mission;
+use ecss_can_cli::demo::plan::Plan;
+use ecss_can_cli::images::support::board::{Board, Profile};
+use ecss_can_cli::images::support::fleet;
 
 /// The board on the twin.
 pub static FLOWN: LazyLock<Board> = LazyLock::new(|| Board::shipped(Board::DEFAULT));
@@ -50,7 +50,7 @@ impl Context {
         if let Some((.., images)) = known {
             return Ok(images);
         }
-        let images = firmware_images::build(board.name(), profile.name())?;
+        let images = ecss_can_cli::images::build(board.name(), profile.name())?;
         self.images.borrow_mut().push((board.clone(), profile, images.clone()));
         Ok(images)
     }
@@ -76,7 +76,7 @@ impl Context {
         let mut images = fleet::shipped(&built, plan.boards.iter().map(|board| board.node))?;
         let minimal: Vec<_> = plan.boards.iter().filter(|board| board.is_minimal).collect();
         if !minimal.is_empty() {
-            let path = firmware_images::build_minimal(plan.board.name(), plan.profile.name(), LOG)?;
+            let path = ecss_can_cli::images::build_minimal(plan.board.name(), plan.profile.name(), LOG)?;
             let image = fleet::image(&path)?;
             images.extend(minimal.iter().map(|board| (board.node, image.clone())));
         }

@@ -25,7 +25,7 @@ use super::page::rewrite;
 use super::stored::Stored;
 use super::table::grouped;
 use crate::compliance;
-use firmware_images::support::project;
+use ecss_can_cli::images::support::project;
 
 /// The pages with such figures. No other number on them may have a unit.
 const PAGES: [&str; 6] = [

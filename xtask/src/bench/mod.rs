@@ -31,12 +31,12 @@ use self::areas::{ALL, Area};
 use self::context::{Context, FLOWN};
 use self::row::Row;
 use self::stored::Stored;
-use firmware_images::support::board::Profile;
-use firmware_images::support::elf::Facts;
-use firmware_images::support::misuse::Misuse;
-use firmware_images::support::needs::{Need, provide};
-use firmware_images::support::output::{line, note, text, warn};
-use firmware_images::support::project;
+use ecss_can_cli::images::support::board::Profile;
+use ecss_can_cli::images::support::elf::Facts;
+use ecss_can_cli::images::support::misuse::Misuse;
+use ecss_can_cli::images::support::needs::{Need, provide};
+use ecss_can_cli::images::support::output::{line, note, text, warn};
+use ecss_can_cli::images::support::project;
 
 /// Name of the command.
 const COMMAND: &str = "bench";

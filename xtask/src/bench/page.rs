@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use super::stored::Stored;
 use super::table::number;
-use firmware_images::support::project;
+use ecss_can_cli::images::support::project;
 
 const START: &str = "<!-- rows: ";
 const START_ENDS: &str = " -->";

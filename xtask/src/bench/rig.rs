@@ -4,16 +4,16 @@
 //! activity of the board is caused by these frames.
 
 use anyhow::Context as _;
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::board::{BoardConfig, EmulatedBoard, Fittings, FlashTiming};
-use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
+use can_twin::board::{BoardConfig, EmulatedBoard, Fittings, FlashTiming};
+use can_twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use super::context::{Context, FLOWN, board};
-use firmware_images::support::board::Profile;
-use firmware_images::support::counters::Counters;
-use firmware_images::support::diagnostics::Diagnostics;
-use firmware_images::support::fleet;
+use ecss_can_cli::images::support::board::Profile;
+use ecss_can_cli::images::support::counters::Counters;
+use ecss_can_cli::images::support::diagnostics::Diagnostics;
+use ecss_can_cli::images::support::fleet;
 
 /// NMT start of all nodes (CiA 301 7.2.8.3.1.1).
 const START_ALL: (u16, &[u8]) = (0x000, &[0x01, 0x00]);

@@ -22,8 +22,8 @@ pub const PROTOCOL: [&str; 16] = [
 
 /// Crates, and the part that they belong to. A crate that is not listed counts as `others`.
 const CRATES: [(&str, &str); 17] = [
-    ("boards_stm32f4", "boards"),
-    ("boards_runtime", "boards"),
+    ("ecss_can_stm32f4", "boards"),
+    ("ecss_can_runtime", "boards"),
     ("pyboard_v11", "boards"),
     ("nucleo_f446re", "boards"),
     ("mission", "application"),
@@ -46,7 +46,7 @@ const BESIDE: [&str; 6] = ["application", "boards", "embassy", "core", "log", "o
 
 /// Prefixes around the future of a task.
 const WRAPPERS: [&str; 2] =
-    ["<embassy_executor::raw::TaskStorage<", "boards_stm32f4::supervisor::Supervised<"];
+    ["<embassy_executor::raw::TaskStorage<", "ecss_can_stm32f4::supervisor::Supervised<"];
 
 /// Returns all parts, in the order of their rows.
 pub fn parts() -> impl Iterator<Item = &'static str> {
@@ -100,7 +100,7 @@ mod tests {
                 "od",
             ),
             (
-                "<boards_stm32f4::bxcan::port::Port<boards_stm32f4::capture::Edges> as async_canopen::link::port::CanPort>::stamp",
+                "<ecss_can_stm32f4::bxcan::port::Port<ecss_can_stm32f4::capture::Edges> as async_canopen::link::port::CanPort>::stamp",
                 "boards",
             ),
             ("mission::objects::communication::<async_canopen::pdo::parameters::PdoMapping>", "application"),
@@ -109,7 +109,7 @@ mod tests {
                 "application",
             ),
             (
-                "<embassy_executor::raw::TaskStorage<boards_stm32f4::supervisor::Supervised<<master::application::Application<A>>::run::{closure#0}>>>::poll",
+                "<embassy_executor::raw::TaskStorage<ecss_can_stm32f4::supervisor::Supervised<<master::application::Application<A>>::run::{closure#0}>>>::poll",
                 "application",
             ),
             ("<embassy_executor::raw::TaskStorage<slave::app::__bus_task::f::{closure#0}>>::poll", "runner"),

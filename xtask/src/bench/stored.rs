@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 
 use super::Measured;
 use super::row::{Better, Row};
-use firmware_images::support::project;
+use ecss_can_cli::images::support::project;
 
 /// Largest difference from the stored value that is not reported, as a share of it.
 const TOLERANCE: f64 = 0.03;

@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::time::Time;
 
 use crate::bench::rig::{MASTER_BEATS, Rig};
 

@@ -5,15 +5,15 @@
 //! the correction, without the path of the frame. Interrupts in between are included.
 
 use anyhow::Context as _;
-use can_wire::encode::encode;
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::encode::encode;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use crate::bench::context::Context;
 use crate::bench::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::bench::row::Row;
-use firmware_images::support::board::Profile;
+use ecss_can_cli::images::support::board::Profile;
 
 /// Not inlined: PDOs of both kinds call it.
 const FUNCTION: &str = "<ecss_can::time::service::TimeService>::pair";

@@ -21,8 +21,8 @@ use std::fs;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use firmware_images::support::output;
-use firmware_images::support::project::path;
+use ecss_can_cli::images::support::output;
+use ecss_can_cli::images::support::project::path;
 
 use check::{check, check_interpretations, check_pages, check_summaries};
 use requirements::{Who, clauses, interpretations, requirements};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use cargo_metadata::MetadataCommand;
-use firmware_images::support::project::path;
+use ecss_can_cli::images::support::project::path;
 
 use super::tags::{self, Reading, Tag, Target};
 

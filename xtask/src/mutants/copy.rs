@@ -39,7 +39,7 @@ pub fn restore(root: &Path, copy: &Path) -> anyhow::Result<()> {
 /// Returns cargo in the copy `tree`, with a `target` folder of its own.
 pub fn cargo(tree: &Path, target: &Path) -> Command {
     let mut cargo = Command::new("cargo");
-    firmware_images::clean(&mut cargo).current_dir(tree);
+    ecss_can_cli::images::clean(&mut cargo).current_dir(tree);
     // The profile decides: only what changed is compiled again.
     cargo.env("CARGO_TARGET_DIR", target).env_remove("CARGO_INCREMENTAL");
     cargo

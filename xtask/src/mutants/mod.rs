@@ -18,8 +18,8 @@ use anyhow::{Context, ensure};
 use clap::{Args, value_parser};
 
 use crate::tool::{Source, Tool};
-use firmware_images::support::shard::Shard;
-use firmware_images::support::{output, project};
+use ecss_can_cli::images::support::shard::Shard;
+use ecss_can_cli::images::support::{output, project};
 use outcome::Outcome;
 use sample::Mutant;
 
@@ -185,7 +185,7 @@ fn attempt(program: &Path, mutants: &[Mutant<'_>], config: &str, out: &Path) -> 
 
 fn cargo_mutants(program: &Path, config: &str) -> Command {
     let mut command = Command::new(program);
-    firmware_images::clean(&mut command).arg("mutants").current_dir(project::path(""));
+    ecss_can_cli::images::clean(&mut command).arg("mutants").current_dir(project::path(""));
     command.arg("--config").arg(format!(".cargo/{config}.toml"));
     // The profile decides: only what changed is compiled again.
     command.env_remove("CARGO_INCREMENTAL");

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, ensure};
-use firmware_images::support::misuse::Misuse;
-use firmware_images::support::{output, project};
+use ecss_can_cli::images::support::misuse::Misuse;
+use ecss_can_cli::images::support::{output, project};
 
 use super::COMMAND;
 use super::copy;

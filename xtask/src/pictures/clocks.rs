@@ -1,12 +1,12 @@
 //! The local clock in simulations, and the crystals of the twin.
 
-use can_wire::time::Time;
-use demo::drawing::chart::{Curve, Quantity, curves, duration};
-use demo::drawing::{Layout, Range};
+use can_twin::crystal::Crystal;
+use can_twin::wire::time::Time;
 use ecss_can::time::machine::LocalClock;
-use host_worlds::local_clock::trials::STEADY;
-use host_worlds::local_clock::{Sample, Scenario, Stamps};
-use twin::crystal::Crystal;
+use ecss_can_cli::demo::drawing::chart::{Curve, Quantity, curves, duration};
+use ecss_can_cli::demo::drawing::{Layout, Range};
+use ecss_can_worlds::local_clock::trials::STEADY;
+use ecss_can_worlds::local_clock::{Sample, Scenario, Stamps};
 
 const SEEDS: u64 = 100;
 /// Number of seeds with a separate line.

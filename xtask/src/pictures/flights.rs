@@ -3,12 +3,12 @@
 use std::ops::ControlFlow;
 
 use clap::Parser;
-use demo::drawing::Layout;
-use demo::drawing::histogram::{self, Row};
-use demo::flight::Flight;
-use demo::mission;
-use demo::plan::Plan;
-use demo::report;
+use ecss_can_cli::demo::drawing::Layout;
+use ecss_can_cli::demo::drawing::histogram::{self, Row};
+use ecss_can_cli::demo::flight::Flight;
+use ecss_can_cli::demo::mission;
+use ecss_can_cli::demo::plan::Plan;
+use ecss_can_cli::demo::report;
 
 /// Quantity of the histogram.
 const WHAT: &str = "error of the clock against the master's; each row has its own height";
@@ -22,7 +22,7 @@ pub const PICTURES: [Draw; 3] = [timeline, clocks, histogram];
 #[derive(Parser)]
 struct CommandLine {
     #[command(flatten)]
-    options: demo::Options,
+    options: ecss_can_cli::demo::Options,
 }
 
 fn fly(arguments: &[&str]) -> anyhow::Result<Flight> {

@@ -26,9 +26,9 @@ pub fn run() -> anyhow::Result<()> {
 
 fn write(pictures: Vec<(&'static str, String)>) -> anyhow::Result<()> {
     for (file, content) in pictures {
-        let path = firmware_images::support::project::path("docs").join(file);
+        let path = ecss_can_cli::images::support::project::path("docs").join(file);
         std::fs::write(&path, content).with_context(|| format!("writing {}", path.display()))?;
-        firmware_images::support::output::line(path.display())?;
+        ecss_can_cli::images::support::output::line(path.display())?;
     }
     Ok(())
 }
@@ -40,7 +40,7 @@ mod tests {
     #[test]
     fn simulated_pictures_of_the_documentation_are_current() {
         for (file, content) in simulated().unwrap() {
-            let path = firmware_images::support::project::path("docs").join(file);
+            let path = ecss_can_cli::images::support::project::path("docs").join(file);
             let committed = std::fs::read_to_string(&path).unwrap_or_default();
             let is_current = committed.replace("\r\n", "\n") == content;
             assert!(is_current, "docs/{file} is not current: run `cargo xtask pictures`");

@@ -1,12 +1,12 @@
 //! Waveforms of the documentation, taken from a simulated bus.
 
 use anyhow::Context;
-use can_wire::fault::{Fault, Flip, Nodes, Place};
-use can_wire::frame::WireFrame;
-use can_wire::station::{Bench, Station};
-use can_wire::time::Time;
-use can_wire::wire::WireConfig;
-use demo::drawing::waveform::{Options, draw};
+use can_twin::wire::fault::{Fault, Flip, Nodes, Place};
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::station::{Bench, Station};
+use can_twin::wire::time::Time;
+use can_twin::wire::wire::WireConfig;
+use ecss_can_cli::demo::drawing::waveform::{Options, draw};
 
 /// Time of SOF of the first frame.
 const SOF: Time = Time::from_us(20);

@@ -143,7 +143,7 @@ fn board_without_chip_is_refused_before_the_build() {
     let manifest = format!(
         "[package]\nname = \"bare-board\"\nedition = \"2024\"\n[workspace]\n[dependencies]\n\
          embassy-stm32 = {{ version = \"=0.6.0\", default-features = false }}\n\
-         [build-dependencies]\nboards-memory = {{ path = \"{}\" }}\n",
+         [build-dependencies]\necss-can-memory = {{ path = \"{}\" }}\n",
         memory.display()
     );
     write(&board.join("Cargo.toml"), manifest);

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use firmware_images::support::project;
+use ecss_can_cli::images::support::project;
 
 /// Rows of the tables with a file and a function: `| node | `file` | `function` |`.
 fn steps(page: &str) -> impl Iterator<Item = (&str, &str)> {

@@ -1,6 +1,6 @@
 //! Supported chips and their memories.
 
-use boards_memory::Chip;
+use ecss_can_memory::Chip;
 
 fn refusal(chip: &str) -> String {
     Chip::named(chip).unwrap_err().to_string()

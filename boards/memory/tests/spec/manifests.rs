@@ -1,6 +1,6 @@
 //! Places of the chip's name in a manifest, and manifests that are refused.
 
-use boards_memory::{chip_of_board, chip_of_manifest};
+use ecss_can_memory::{chip_of_board, chip_of_manifest};
 
 fn refusal(manifest: &str) -> String {
     chip_of_manifest(manifest).unwrap_err().to_string()

@@ -1,6 +1,6 @@
 //! Memory maps, compared with text that is written here by hand.
 
-use boards_memory::Chip;
+use ecss_can_memory::Chip;
 
 fn map(chip: &str) -> String {
     Chip::named(chip).unwrap().memory_map()

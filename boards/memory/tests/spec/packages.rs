@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use boards_memory::place_for;
+use ecss_can_memory::place_for;
 use tempfile::TempDir;
 
 /// A package of a board with this chip, with a `board.toml` or without.

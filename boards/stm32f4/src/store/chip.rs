@@ -33,7 +33,7 @@ pub fn open(
     ParameterLog::open(ChipFlash(flash), start())
 }
 
-/// Returns the first sector of the store by the memory map of the chip (`boards-memory`). It is an offset from the
+/// Returns the first sector of the store by the memory map of the chip (`ecss-can-memory`). It is an offset from the
 /// start of flash, as all addresses in this module.
 fn start() -> u32 {
     unsafe extern "C" {

@@ -24,9 +24,9 @@ fn main() {
 mod firmware {
     use core::sync::atomic::{AtomicU32, Ordering};
 
-    use boards_runtime as _; // log, panics, exceptions
-    use boards_stm32f4::store;
     use ecss_can::store::{ParameterStore, StoreError};
+    use ecss_can_runtime as _; // log, panics, exceptions
+    use ecss_can_stm32f4::store;
     use embassy_stm32::gpio::{Input, Pull};
 
     const SHORT: usize = 40;
@@ -82,7 +82,7 @@ mod firmware {
         report(0, 0);
         report(4, 0);
         let p = embassy_stm32::init(Default::default());
-        boards_stm32f4::accelerate();
+        ecss_can_stm32f4::accelerate();
         let strap = Input::new(p.PC0, Pull::Up);
         let (mut log, opened) = store::open(p.FLASH).expect("the flash works");
         let mut number = stored(&mut log);

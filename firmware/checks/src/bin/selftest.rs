@@ -21,11 +21,11 @@ fn main() {
 #[cfg(target_os = "none")]
 mod firmware {
     use board::Spec;
-    use boards_runtime::Irqs;
-    use boards_stm32f4::{Board, CaptureFault, Leds, LineFault};
     use ecss_can::link::bit_timing::BitTiming;
     use ecss_can::profile::Profile;
     use ecss_can::runner::Platform;
+    use ecss_can_runtime::Irqs;
+    use ecss_can_stm32f4::{Board, CaptureFault, Leds, LineFault};
     use embassy_executor::Spawner;
     use embassy_time::Timer;
 
@@ -110,8 +110,8 @@ mod firmware {
 
     #[embassy_executor::main]
     async fn main(_spawner: Spawner) {
-        const TIMING: BitTiming = boards_stm32f4::bit_timing(&Profile::DEFAULT.network);
-        let p = boards_stm32f4::start::<Spec>();
+        const TIMING: BitTiming = ecss_can_stm32f4::bit_timing(&Profile::DEFAULT.network);
+        let p = ecss_can_stm32f4::start::<Spec>();
         let Board { connection, leds, straps, hardware, .. } =
             Board::<Spec>::new(board::take!(p), TIMING, Irqs);
         let mut failures = Failures(0);
@@ -119,7 +119,7 @@ mod firmware {
             1,
             "clock",
             "look at the oscillator and its solder bridges",
-            boards_stm32f4::check_clock::<Spec>(),
+            ecss_can_stm32f4::check_clock::<Spec>(),
         );
         let mut ports = connection.ports;
         check_controllers(&mut failures, &mut ports.nominal, &mut ports.redundant);
@@ -138,7 +138,7 @@ mod firmware {
         if let Ok(node) = straps {
             defmt::info!("this board is node {=u8}", node.get());
         }
-        match boards_stm32f4::brown_out_level() {
+        match ecss_can_stm32f4::brown_out_level() {
             0 => defmt::info!("brown-out level: 0, as it is to be at 3.3 V"),
             level => defmt::warn!("brown-out level: {=u8}; set 0 at 3.3 V", level),
         }

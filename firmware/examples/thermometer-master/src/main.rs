@@ -8,7 +8,8 @@ mod app;
 
 #[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {
-    let made = eds::Timestamp::noon(2026, 11, 22);
-    let sheet = eds::Device { product: "Thermometer master".into(), ..eds::Device::new(made) };
-    eds::master_program::<thermometer_master::Ground>(&thermometer::PROFILE, sheet)
+    let made = ecss_can_eds::Timestamp::noon(2026, 11, 22);
+    let sheet =
+        ecss_can_eds::Device { product: "Thermometer master".into(), ..ecss_can_eds::Device::new(made) };
+    ecss_can_eds::master_program::<thermometer_master::Ground>(&thermometer::PROFILE, sheet)
 }

@@ -1,8 +1,8 @@
 //! Start of the thermometer: board, node, tasks, and the sensor on I2C1.
 
 use board::Spec;
-use boards_stm32f4::{DIAGNOSTICS, supervised};
 use ecss_can::prelude::*;
+use ecss_can_stm32f4::{DIAGNOSTICS, supervised};
 use embassy_executor::Spawner;
 use embassy_stm32::i2c::{self, ErrorInterruptHandler, EventInterruptHandler, I2c};
 use embassy_stm32::mode::Async;
@@ -20,17 +20,17 @@ bind_interrupts!(struct Irqs {
 
 type Node = Slave<Thermometer>;
 
-type Board = boards_stm32f4::Board<Spec>;
+type Board = ecss_can_stm32f4::Board<Spec>;
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
-boards_runtime::node_tasks!(fn spawn_node(Board, Node));
+ecss_can_runtime::node_tasks!(fn spawn_node(Board, Node));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let p = boards_stm32f4::start::<Spec>();
-    let bit_timing = const { boards_stm32f4::bit_timing(&PROFILE.network) };
-    let board = Board::new(board::take!(p), bit_timing, boards_runtime::Irqs);
+    let p = ecss_can_stm32f4::start::<Spec>();
+    let bit_timing = const { ecss_can_stm32f4::bit_timing(&PROFILE.network) };
+    let board = Board::new(board::take!(p), bit_timing, ecss_can_runtime::Irqs);
     let Ok(id) = board.node_id else { return defmt::error!("no valid Node-ID on the straps") };
     let slave = || slave(id, board.memory.split_at_mut(2048).0).hardware(board.hardware).build();
     let (slave, events, runners) = RESOURCES.start(slave, board.connection, &DIAGNOSTICS);
@@ -57,6 +57,6 @@ impl Hardware for Sensor {
     }
 
     fn reset(&mut self) {
-        boards_stm32f4::reset()
+        ecss_can_stm32f4::reset()
     }
 }

@@ -8,11 +8,11 @@ mod app;
 
 #[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {
-    let sheet = eds::Device {
+    let sheet = ecss_can_eds::Device {
         vendor: "The ecss-can authors".into(),
         product: "Thermometer".into(),
         nodes: 2..=15,
-        ..eds::Device::new(eds::Timestamp::noon(2026, 11, 22))
+        ..ecss_can_eds::Device::new(ecss_can_eds::Timestamp::noon(2026, 11, 22))
     };
-    eds::slave_program::<thermometer::Thermometer>(&thermometer::PROFILE, sheet)
+    ecss_can_eds::slave_program::<thermometer::Thermometer>(&thermometer::PROFILE, sheet)
 }

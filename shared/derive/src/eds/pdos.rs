@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use data_sheet::{DataSheet, Unreadable};
+use async_canopen_eds::{DataSheet, Unreadable};
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use data_sheet::DataSheet;
+use async_canopen_eds::DataSheet;
 
 use super::names::{self, screaming};
 use super::pdos::{self, CobId, Part};

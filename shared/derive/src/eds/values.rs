@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use data_sheet::{DataSheet, Entry, Unreadable, of_object};
+use async_canopen_eds::{DataSheet, Entry, Unreadable, of_object};
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
@@ -172,7 +172,7 @@ fn value(sheet: &DataSheet, (index, sub): (u16, u8), is_var: bool) -> Result<Val
 }
 
 fn missing((index, sub): (u16, u8), is_var: bool, key: &str, allowed: &str) -> Unreadable {
-    let section = if is_var { of_object(index) } else { data_sheet::of_sub(index, sub) };
+    let section = if is_var { of_object(index) } else { async_canopen_eds::of_sub(index, sub) };
     Unreadable::missing(&format!("[{section}] {key}: {allowed}"))
 }
 

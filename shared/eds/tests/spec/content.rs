@@ -182,8 +182,10 @@ fn each_supported_bit_rate_is_declared() {
     let one = [125, 250, 500, 1000].map(|rate| vec![rate]);
     let further = [10, 20, 50, 800].map(|rate| vec![rate, 125, 250, 500]);
     for supported in one.into_iter().chain(further) {
-        let device = eds::Device { bit_rates: supported.clone(), ..device() };
-        let eds = Ini::parse(&eds::Description::new(&device, |_| Types::default()).unwrap().eds("types.eds"));
+        let device = ecss_can_eds::Device { bit_rates: supported.clone(), ..device() };
+        let eds = Ini::parse(
+            &ecss_can_eds::Description::new(&device, |_| Types::default()).unwrap().eds("types.eds"),
+        );
         for rate in [10, 20, 50, 125, 250, 500, 800, 1000] {
             let declared = eds.section("DeviceInfo").number(&format!("BaudRate_{rate}"));
             assert_eq!(declared, i128::from(supported.contains(&rate)), "{rate} kbit/s of {supported:?}");
@@ -194,7 +196,7 @@ fn each_supported_bit_rate_is_declared() {
 #[test]
 fn a_dictionary_without_identity_has_numbers_all_the_same() {
     use crate::fixture::{Types, device};
-    let description = eds::Description::new(&device(), |_| Types::default()).unwrap();
+    let description = ecss_can_eds::Description::new(&device(), |_| Types::default()).unwrap();
     let eds = Ini::parse(&description.eds("types.eds"));
     assert_eq!(eds.section("DeviceInfo").number("VendorNumber"), 0);
     assert_eq!(eds.section("MandatoryObjects").number("SupportedObjects"), 0);
@@ -216,7 +218,7 @@ fn hours_are_told_on_a_clock_of_twelve() {
     let told = |hour| {
         let mut device = device();
         device.modified.hour = hour;
-        let eds = Ini::parse(&eds::Description::new(&device, |_| Types::default()).unwrap().eds(""));
+        let eds = Ini::parse(&ecss_can_eds::Description::new(&device, |_| Types::default()).unwrap().eds(""));
         eds.section("FileInfo").get("ModificationTime").to_owned()
     };
     assert_eq!(

@@ -4,7 +4,7 @@
 
 use ecss_can::od::VisibleString;
 use ecss_can::types::NodeId;
-use eds::Commissioning;
+use ecss_can_eds::Commissioning;
 
 use crate::fixture::{Fixture, description, fixture};
 use crate::ini::Ini;

@@ -9,7 +9,7 @@ use ecss_can::od::{
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::sdo::TwoSdoServers;
 use ecss_can::types::NodeId;
-use eds::{Description, Device, Timestamp};
+use ecss_can_eds::{Description, Device, Timestamp};
 
 pub const MADE: Timestamp = Timestamp { year: 2026, month: 2, day: 3, hour: 15, minute: 4 };
 

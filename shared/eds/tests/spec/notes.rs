@@ -3,7 +3,7 @@
 //! Verifies: ECSS 6.6a
 
 use ecss_can::od::{Enumeration, Objects};
-use eds::{Description, Error};
+use ecss_can_eds::{Description, Error};
 
 use crate::fixture::{Fixture, description, device, fixture};
 use crate::ini::Ini;
@@ -138,7 +138,7 @@ fn errors_of_the_past_are_no_parameters_of_a_dcf() {
     let node = ecss_can::types::NodeId::of::<3>();
     let mut configured = fixture(node);
     configured.communication.emcy.errors.errors = [0x8130; 8];
-    let commissioning = eds::Commissioning::new(node);
+    let commissioning = ecss_can_eds::Commissioning::new(node);
     let dcf = description().dcf("fixture.dcf", "fixture.eds", &commissioning, &mut configured).unwrap();
     let dcf = Ini::parse(&dcf);
     assert!((1..=8).all(|sub| dcf.section(&format!("1003sub{sub}")).find("ParameterValue").is_none()));

@@ -57,7 +57,7 @@ fn files_of_master_and_minimal_slaves_list_every_object() {
 
 /// A data sheet that is made now.
 fn made<D: ecss_can::od::Objects>(make: impl Fn(NodeId) -> D) -> Ini {
-    let description = eds::Description::new(&device(), make).expect("its texts can be told");
+    let description = ecss_can_eds::Description::new(&device(), make).expect("its texts can be told");
     Ini::parse(&description.eds("made.eds"))
 }
 

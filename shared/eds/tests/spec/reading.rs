@@ -1,7 +1,7 @@
 //! Files of other tools: numbers as CiA 306 has them, and what two devices of a network send.
 
-use eds::DataSheet;
-use eds::network::{Conflict, Sender, conflicts};
+use ecss_can_eds::DataSheet;
+use ecss_can_eds::network::{Conflict, Sender, conflicts};
 
 /// The value of 2000h at node 5, with this text.
 fn number(text: &str) -> Option<u32> {

@@ -4,7 +4,7 @@
 
 use ecss_can::od::{Declared, Names, Object, Objects, Place, Record, Run, Variable, VisibleString};
 use ecss_can::types::{AbortCode, NodeId};
-use eds::{Commissioning, Description, Error};
+use ecss_can_eds::{Commissioning, Description, Error};
 
 use crate::fixture::{description, device, fixture};
 
@@ -145,7 +145,7 @@ fn a_string_value_that_readers_cut() {
 fn further_bit_rate_without_those_of_the_standard() {
     for further in [10, 20, 50, 800] {
         for others in [&[][..], &[1000], &[125], &[125, 250, 1000], &[125, 500], &[250, 500, 1000]] {
-            let device = eds::Device { bit_rates: [others, &[further]].concat(), ..device() };
+            let device = ecss_can_eds::Device { bit_rates: [others, &[further]].concat(), ..device() };
             let refused = Description::new(&device, fixture).unwrap_err();
             assert_eq!(refused, Error::BitRate { rate: further });
             assert_eq!(

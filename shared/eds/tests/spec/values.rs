@@ -151,8 +151,8 @@ fn what_follows_the_node_id_is_a_formula_with_the_node_id_first() {
 
 #[test]
 fn device_with_one_node_id_has_numbers_instead_of_formulas() {
-    let device = eds::Device { nodes: 5..=5, ..crate::fixture::device() };
-    let eds = Ini::parse(&eds::Description::new(&device, fixture).unwrap().eds("one.eds"));
+    let device = ecss_can_eds::Device { nodes: 5..=5, ..crate::fixture::device() };
+    let eds = Ini::parse(&ecss_can_eds::Description::new(&device, fixture).unwrap().eds("one.eds"));
     let default = |name: &str| eds.section(name).get("DefaultValue").to_owned();
     assert_eq!(default("1014"), "0x00000085");
     assert_eq!(default("2103"), "0x000500FA");

@@ -1,17 +1,17 @@
 //! The slave image alone on a board: it loads, runs and logs.
 
-use can_wire::time::Time;
-use twin::board::{BoardConfig, State};
-use twin::pin::Pin;
-use twin::rtt::Level;
-use twin::spacecraft::{Spacecraft, SpacecraftConfig};
+use can_twin::board::{BoardConfig, State};
+use can_twin::pin::Pin;
+use can_twin::rtt::Level;
+use can_twin::spacecraft::{Spacecraft, SpacecraftConfig};
+use can_twin::wire::time::Time;
 
 use flight::{PYBOARD_V11, bare, parsed};
 
 /// Verifies: ECSS 6.10e
 #[test]
 fn the_slave_image_boots_and_logs() {
-    let images = firmware_images::build("pyboard-v11", "librecube").unwrap();
+    let images = ecss_can_cli::images::build("pyboard-v11", "librecube").unwrap();
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let id = spacecraft.add_board(BoardConfig {
         // Node-ID 2 and odd parity: bit 1 closed to ground, nothing else.

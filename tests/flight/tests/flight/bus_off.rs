@@ -1,8 +1,8 @@
 //! The master is driven into bus-off and comes back.
 
-use can_wire::fault::{Effect, Fault, Nodes};
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::fault::{Effect, Fault, Nodes};
+use can_twin::wire::time::Time;
 
 use flight::*;
 

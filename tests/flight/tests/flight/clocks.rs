@@ -3,14 +3,14 @@
 //! Profile `standby`: a SYNC every 100 ms, the spacecraft time every second, a pulse every second. Flights of minutes
 //! with five seeds are run by `cargo xtask bench --only time`.
 
-use can_wire::time::Time;
-use can_wire::transceiver::Transceiver;
-use twin::board::{AccessError, BoardConfig, Fittings};
-use twin::crystal::Crystal;
-use twin::pin::Pin;
-use twin::pulses::{Errors, Trial};
-use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
-use twin::traffic::Traffic;
+use can_twin::board::{AccessError, BoardConfig, Fittings};
+use can_twin::crystal::Crystal;
+use can_twin::pin::Pin;
+use can_twin::pulses::{Errors, Trial};
+use can_twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
+use can_twin::traffic::Traffic;
+use can_twin::wire::time::Time;
+use can_twin::wire::transceiver::Transceiver;
 
 use flight::*;
 

@@ -1,9 +1,9 @@
 //! Requirements on the driver of the controllers: few interrupts, order of frames, urgent frames first, and correct
 //! results.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::{Bus, GuestId};
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

@@ -1,9 +1,9 @@
 //! Frames that no node of the project sends: foreign, malformed, misplaced.
 
-use can_wire::frame::{WireFrame, WireId};
-use can_wire::time::Time;
-use twin::bxcan::Side;
-use twin::spacecraft::{Bus, GuestId};
+use can_twin::bxcan::Side;
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::frame::{WireFrame, WireId};
+use can_twin::wire::time::Time;
 
 use flight::*;
 

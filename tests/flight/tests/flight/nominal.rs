@@ -2,9 +2,9 @@
 
 use std::sync::LazyLock;
 
-use can_wire::record::Observation;
-use can_wire::time::Time;
-use twin::spacecraft::{Bus, WireRecord};
+use can_twin::spacecraft::{Bus, WireRecord};
+use can_twin::wire::record::Observation;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

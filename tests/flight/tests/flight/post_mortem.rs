@@ -1,9 +1,9 @@
 //! Programs that end: each leaves a record, its board is reset and reports the record, and the other boards continue.
 
-use can_wire::time::Time;
-use twin::board::{Fittings, State};
-use twin::peripherals::FlashSpeed;
-use twin::spacecraft::{Bus, GuestId};
+use can_twin::board::{Fittings, State};
+use can_twin::peripherals::FlashSpeed;
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::time::Time;
 
 use flight::*;
 
@@ -64,7 +64,7 @@ fn assert_other_flew_on(flight: &Flight, from: Time) {
 /// Returns the functions of the return addresses in the record of a board.
 fn callers(flight: &Flight, node: u8) -> Vec<String> {
     let board = flight.emulated(node);
-    let record = board.symbol("boards_stm32f4::post_mortem::record::POST_MORTEM").unwrap().address;
+    let record = board.symbol("ecss_can_stm32f4::post_mortem::record::POST_MORTEM").unwrap().address;
     // After checksum, cause and program counter.
     let addresses = (3..11).map(|n| word_at(flight, node, record + 4 * n));
     addresses.filter_map(|at| board.function_at(at & !1)).map(str::to_owned).collect()

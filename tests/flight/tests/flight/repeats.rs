@@ -3,12 +3,12 @@
 //! A transmitter that detects an error in the last bit of EOF repeats the frame, which its receivers have already
 //! accepted (ISO 11898-1, 10.7 and 13.4.3).
 
-use can_wire::fault::{Fault, Flip, Nodes, Place};
-use can_wire::field::Field;
-use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::Observation;
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::fault::{Fault, Flip, Nodes, Place};
+use can_twin::wire::field::Field;
+use can_twin::wire::frame::{WireFrame, WireId};
+use can_twin::wire::record::Observation;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

@@ -1,8 +1,8 @@
 //! Boards that restart during a flight: by reset, loss of power, or command.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::{Bus, Event};
+use can_twin::spacecraft::{Bus, Event};
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

@@ -2,9 +2,9 @@
 //!
 //! With a consumer time of 2.5 s, Bdefault is stored for a loss of power 2.5 s after the change of the bus.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::{Bus, GuestId};
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

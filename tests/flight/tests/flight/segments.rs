@@ -1,10 +1,10 @@
 //! Frames of one COB-ID in a row: the segments of an SDO block upload (CiA 301 7.2.4.3.13).
 
-use can_wire::fault::{Fault, Flip, Nodes, Place};
-use can_wire::field::Field;
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::{Bus, GuestId};
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::fault::{Fault, Flip, Nodes, Place};
+use can_twin::wire::field::Field;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

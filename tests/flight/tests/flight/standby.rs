@@ -3,8 +3,8 @@
 
 use std::sync::LazyLock;
 
-use can_wire::time::Time;
-use twin::spacecraft::{BoardId, Bus};
+use can_twin::spacecraft::{BoardId, Bus};
+use can_twin::wire::time::Time;
 
 use flight::standby::*;
 use flight::*;

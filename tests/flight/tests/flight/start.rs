@@ -1,8 +1,8 @@
 //! Power-on of the boards in every order, and a board that must stay silent.
 
-use can_wire::frame::WireFrame;
-use twin::bxcan::Side;
-use twin::spacecraft::Bus;
+use can_twin::bxcan::Side;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::frame::WireFrame;
 
 use flight::*;
 

@@ -1,8 +1,8 @@
 //! Slaves that differ from what the master expects: reset unnoticed, or another product.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

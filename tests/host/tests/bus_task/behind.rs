@@ -10,10 +10,10 @@ use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, LastError,
 use ecss_can::node::extend::LinkEvent;
 use ecss_can::runner::{Connection, Platform, Resources, Runners};
 use ecss_can::types::{FineInstant, Frame, PerBus};
+use ecss_can_worlds::clock::MockClock;
+use ecss_can_worlds::timeline::Timeline;
 use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
-use host_worlds::clock::MockClock;
-use host_worlds::timeline::Timeline;
 
 use crate::bench::{Probe, frame};
 

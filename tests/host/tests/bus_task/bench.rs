@@ -3,9 +3,9 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use can_wire::controller::{Controller, ErrorCounters, ErrorKind, WireEvent};
-use can_wire::frame::{WireFrame, WireId};
-use can_wire::time::Time;
+use can_twin::wire::controller::{Controller, ErrorCounters, ErrorKind, WireEvent};
+use can_twin::wire::frame::{WireFrame, WireId};
+use can_twin::wire::time::Time;
 use ecss_can::link::machine::Outgoing;
 use ecss_can::link::port::Filter;
 use ecss_can::node::extend::{BusCommand, Filters, FullDepth, LinkEvent, Turn};
@@ -13,13 +13,13 @@ use ecss_can::node::{FailCause, Node};
 use ecss_can::runner::extend::WholeNode;
 use ecss_can::runner::{Connection, Diagnostics, Handle, Resources, Runners, Single, SingleRunners};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, PerBus};
+use ecss_can_worlds::MockBoard;
+use ecss_can_worlds::clock::MockClock;
+use ecss_can_worlds::port::{BIT, BoardPort, MockPort};
+use ecss_can_worlds::timeline::Timeline;
 use futures_executor::LocalPool;
 use futures_util::future::LocalBoxFuture;
 use futures_util::task::LocalSpawnExt;
-use host_worlds::MockBoard;
-use host_worlds::clock::MockClock;
-use host_worlds::port::{BIT, BoardPort, MockPort};
-use host_worlds::timeline::Timeline;
 
 /// A node that is controlled by the test and records its events.
 #[derive(Clone, Default)]

@@ -1,8 +1,8 @@
 //! A CANopen slave without anything of ECSS, on one bus.
 
 use async_canopen::node::{CanopenSlave, Device, Settings};
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, Pdo, PdoObjects, PdoSet};

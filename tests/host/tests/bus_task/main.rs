@@ -4,18 +4,18 @@ mod behind;
 mod bench;
 mod canopen;
 
-use can_wire::controller::{Controller, ErrorCounters, ErrorKind, WireEvent};
-use can_wire::frame::{WireFrame, WireId};
-use can_wire::time::Time;
+use can_twin::wire::controller::{Controller, ErrorCounters, ErrorKind, WireEvent};
+use can_twin::wire::frame::{WireFrame, WireId};
+use can_twin::wire::time::Time;
 use ecss_can::link::machine::Outgoing;
 use ecss_can::link::port::{CanPort, ErrorState, Filter, Health, LastError, PortEvent};
 use ecss_can::node::FailCause;
 use ecss_can::node::extend::{BusCommand, LinkEvent, QUEUE_DEPTH};
 use ecss_can::runner::extend::WholeNode;
 use ecss_can::types::{Bus, CobId, Duration, Instant};
+use ecss_can_worlds::clock::MockClock;
+use ecss_can_worlds::port::{MockPort, RECEIVE_DEPTH};
 use futures_util::FutureExt;
-use host_worlds::clock::MockClock;
-use host_worlds::port::{MockPort, RECEIVE_DEPTH};
 
 use bench::*;
 

@@ -2,8 +2,8 @@
 //!
 //! Verifies: ECSS 7.2.3c, 7.2.3k
 
-use can_wire::encode::encode;
-use can_wire::frame::WireFrame;
+use can_twin::wire::encode::encode;
+use can_twin::wire::frame::WireFrame;
 use ecss_can::link::{EDGES, Miss};
 use proptest::prelude::*;
 

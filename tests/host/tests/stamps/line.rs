@@ -2,8 +2,8 @@
 //!
 //! Bits come from the wire's encoder. Time is in ticks of the node's timer, so that only the transmitter's clock errs.
 
-use can_wire::encode::encode;
-use can_wire::frame::WireFrame;
+use can_twin::wire::encode::encode;
+use can_twin::wire::frame::WireFrame;
 use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource};
 use ecss_can::types::{CobId, Frame, Instant};
 
@@ -131,8 +131,8 @@ impl Node {
 
 fn id(frame: &WireFrame) -> u16 {
     match frame.id {
-        can_wire::frame::WireId::Standard(id) => id,
-        can_wire::frame::WireId::Extended(_) => panic!("the product has no frames with 29 bits"),
+        can_twin::wire::frame::WireId::Standard(id) => id,
+        can_twin::wire::frame::WireId::Extended(_) => panic!("the product has no frames with 29 bits"),
     }
 }
 

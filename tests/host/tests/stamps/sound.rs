@@ -2,7 +2,7 @@
 //!
 //! Verifies: ECSS 7.2.3c, 7.2.3k
 
-use can_wire::frame::WireFrame;
+use can_twin::wire::frame::WireFrame;
 use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp};
 use ecss_can::types::{CobId, Frame, Instant};
 use proptest::prelude::*;

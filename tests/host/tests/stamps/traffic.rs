@@ -2,8 +2,8 @@
 //!
 //! Verifies: ECSS 7.2.3c, 7.2.3k
 
-use can_wire::encode::encode;
-use can_wire::frame::WireFrame;
+use can_twin::wire::encode::encode;
+use can_twin::wire::frame::WireFrame;
 use ecss_can::link::{EDGES, Miss};
 use fastrand::Rng;
 
@@ -60,9 +60,10 @@ impl DisturbedBus {
         let frame = WireFrame::standard(id | 1, &data[..self.rng.usize(0..=8)]);
         match self.rng.u8(..) {
             0..8 => WireFrame { remote: true, data: [0; 8], ..frame },
-            8..16 => {
-                WireFrame { id: can_wire::frame::WireId::Extended(0x0200_0000 | u32::from(id)), ..frame }
-            }
+            8..16 => WireFrame {
+                id: can_twin::wire::frame::WireId::Extended(0x0200_0000 | u32::from(id)),
+                ..frame
+            },
             _ => frame,
         }
     }

@@ -1,12 +1,12 @@
 //! Fifteen slaves announce four errors and eight values each after a change of the bus, while commands are sent.
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::emcy::{DeviceError, ErrorCode};
 use ecss_can::pdo::Tpdo;
 use ecss_can::prelude::*;
 use ecss_can::runner::extend::WholeNode;
-use host_worlds::log::NodeEvent;
-use host_worlds::{MockBoard, NEXT_TO_MASTER_M, Plain, World, idle, plain_master};
+use ecss_can_worlds::log::NodeEvent;
+use ecss_can_worlds::{MockBoard, NEXT_TO_MASTER_M, Plain, World, idle, plain_master};
 
 /// Node-IDs 2 to 16.
 const SLAVES: u8 = 15;

@@ -2,15 +2,15 @@
 //!
 //! Verifies: ECSS 5.3.3.1b
 
-use can_wire::fault::Fault;
-use can_wire::time::Time;
+use can_twin::wire::fault::Fault;
+use can_twin::wire::time::Time;
 use ecss_can::link::budget::{BudgetPolicy, Rate};
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BabblingStep;
 use ecss_can::runner::SlaveHandle;
 use ecss_can::types::{Address, Bus, Duration, NmtState, NodeId};
-use host_worlds::log::NodeEvent;
+use ecss_can_worlds::log::NodeEvent;
 use mission::{MissionObjects, STANDARD};
 
 use crate::support::*;

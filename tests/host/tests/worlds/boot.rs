@@ -1,13 +1,13 @@
 //! The boot-up process with real slaves: checked, configured, started.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 use ecss_can::boot::{AssignedSlave, BootError, BootPolicy, BootProgress, Difference, Expected, Setting};
 use ecss_can::nmt::{Command, Target};
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Bus, Duration, NmtState, NodeId};
-use host_worlds::world::World;
+use ecss_can_worlds::world::World;
 use mission::{LIBRECUBE, STANDARD};
 
 use crate::support::*;

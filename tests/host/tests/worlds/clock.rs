@@ -2,8 +2,8 @@
 
 use ecss_can::node::MasterRequest;
 use ecss_can::prelude::*;
-use host_worlds::task::Task;
-use host_worlds::{NEXT_TO_MASTER_M, Time, World, idle};
+use ecss_can_worlds::task::Task;
+use ecss_can_worlds::{NEXT_TO_MASTER_M, Time, World, idle};
 use mission::{MissionObjects, STANDARD};
 use proptest::prelude::*;
 

@@ -1,14 +1,14 @@
 //! Noise on the bits, shorts, loose stubs and defective nodes, which the data link and the second bus handle.
 
-use can_wire::fault::Fault;
-use can_wire::time::Time;
+use can_twin::wire::fault::Fault;
+use can_twin::wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Health, LastError};
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::log::NodeEvent;
-use host_worlds::world::World;
+use ecss_can_worlds::log::NodeEvent;
+use ecss_can_worlds::world::World;
 use mission::Command;
 use mission::STANDARD;
 

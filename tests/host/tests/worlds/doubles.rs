@@ -5,11 +5,11 @@
 //!
 //! Verifies: ECSS 6.10h
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::SlaveEvent;
 use ecss_can::types::{Bus, NmtState};
-use host_worlds::log::NodeEvent;
-use host_worlds::{MockBoard, NodeKey, World, idle, plain_master};
+use ecss_can_worlds::log::NodeEvent;
+use ecss_can_worlds::{MockBoard, NodeKey, World, idle, plain_master};
 use mission::STANDARD;
 use proptest::prelude::*;
 

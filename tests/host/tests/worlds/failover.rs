@@ -2,13 +2,13 @@
 //!
 //! Verifies: ECSS 8.3.3e, 8.3.3g
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{BusCause, SwitchCause};
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::log::NodeEvent;
-use host_worlds::world::World;
+use ecss_can_worlds::log::NodeEvent;
+use ecss_can_worlds::world::World;
 use mission::Command;
 use mission::{LIBRECUBE, STANDARD};
 

@@ -1,10 +1,10 @@
 //! Each node sets the acceptance filters of its controllers again, however busy its buses are (ECSS 6.10d).
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Bus, NodeId};
-use host_worlds::NodeKey;
-use host_worlds::world::World;
+use ecss_can_worlds::NodeKey;
+use ecss_can_worlds::world::World;
 use mission::{STANDARD, TWO_MASTERS};
 
 use crate::support::*;

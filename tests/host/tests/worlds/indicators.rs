@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use ecss_can::types::NodeId;
-use host_worlds::ResetLine;
+use ecss_can_worlds::ResetLine;
 use mission::Indicators;
 
 /// Indicators of an application, across its resets.

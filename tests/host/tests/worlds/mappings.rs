@@ -3,7 +3,7 @@
 use ecss_can::node::Device;
 use ecss_can::od::Field;
 use ecss_can::prelude::*;
-use host_worlds::{Time, World, idle, plain_master};
+use ecss_can_worlds::{Time, World, idle, plain_master};
 use mission::STANDARD;
 
 use crate::support::running;

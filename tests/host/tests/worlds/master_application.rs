@@ -1,13 +1,14 @@
 //! The application of the master image, on mock boards.
 
-use can_wire::fault::Fault;
-use can_wire::time::Time;
+use can_twin::wire::fault::Fault;
+use can_twin::wire::time::Time;
 use ecss_can::nmt::{Command as NmtCommand, Target};
 use ecss_can::node::MasterRequest;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Bus, NodeId};
-use host_worlds::NodeKey;
-use host_worlds::world::Sent;
+use ecss_can_worlds::NodeKey;
+use ecss_can_worlds::world::Sent;
+use mission::application::master;
 use mission::{STANDARD, TWO_MASTERS};
 
 use crate::log_lines;
@@ -153,8 +154,9 @@ fn a_slave_in_pre_operational_is_left_out() {
 /// not the one with heartbeat.
 #[test]
 fn a_silent_minimal_slave_is_commanded_unheard() {
-    let plan =
-        |world: host_worlds::Builder| world.powered_at(HEARD, Time::NEVER).powered_at(SILENT, Time::NEVER);
+    let plan = |world: ecss_can_worlds::Builder| {
+        world.powered_at(HEARD, Time::NEVER).powered_at(SILENT, Time::NEVER)
+    };
     let mut world = MissionWorld::mixed(SPACECRAFT, 1, plan);
     world.run_until(ms(2_050));
     let commands = since(&world, Bus::Nominal, 0x306, ms(0)).len();

@@ -1,6 +1,6 @@
 //! Telecommands and telemetry, and invalid frames.
 
-use can_wire::frame::{WireFrame, WireId};
+use can_twin::wire::frame::{WireFrame, WireId};
 use ecss_can::nmt::{Command as NmtCommand, Target};
 use ecss_can::node::{MasterEvent, Refusal};
 use ecss_can::types::{Bus, NmtState, NodeId};

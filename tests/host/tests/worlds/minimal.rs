@@ -1,11 +1,11 @@
 //! Minimal slaves (ECSS 9) beside full ones, with and without a heartbeat, and the cut of a bus.
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::MasterEvent;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Bus, NodeId};
-use host_worlds::World;
-use host_worlds::world::Sent;
+use ecss_can_worlds::World;
+use ecss_can_worlds::world::Sent;
 use mission::STANDARD;
 
 use crate::support::*;

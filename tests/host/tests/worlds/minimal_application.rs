@@ -3,7 +3,7 @@
 use ecss_can::node::minimal::MinimalSlave;
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Bus, NodeId};
-use host_worlds::World;
+use ecss_can_worlds::World;
 use mission::minimal::MissionDevice;
 use mission::minimal::{MinimalMission, prototype::PrototypeMission};
 use mission::{LIBRECUBE, STANDARD};

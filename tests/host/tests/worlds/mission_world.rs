@@ -1,11 +1,12 @@
 //! A world of the demonstration mission: its nodes with the applications of the images.
 
+use mission::application::{master, minimal, slave};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::minimal::MinimalSlave;
 use ecss_can::node::{Master, Refusal, SlaveEvent};
 use ecss_can::pdo::Sequence;
@@ -14,9 +15,9 @@ use ecss_can::redundancy::{MasterBoards, OneBoard, Strap};
 use ecss_can::runner::extend::WholeNode;
 use ecss_can::runner::{EventSource, MasterHandle};
 use ecss_can::types::{Instant, NodeId};
-use host_worlds::task::Task;
-use host_worlds::{Builder, Events, Handle, MockBoard, NodeKey, World, idle};
-use master::Cables;
+use ecss_can_worlds::task::Task;
+use ecss_can_worlds::{Builder, Events, Handle, MockBoard, NodeKey, World, idle};
+use mission::application::master::Cables;
 use mission::minimal::{MinimalMission, MissionDevice};
 use mission::{
     COMMAND_PERIOD, Command, CommanderObjects, Message, REQUEST, Request, SlaveRecord, TELECOMMAND,

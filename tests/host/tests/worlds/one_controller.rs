@@ -3,13 +3,13 @@
 //!
 //! Verifies: ECSS 8.2.1a.1
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::nmt::{Command as NmtCommand, Target};
 use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::redundancy::BusCause;
 use ecss_can::runner::extend::WholeNode;
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::{Builder, World};
+use ecss_can_worlds::{Builder, World};
 use mission::STANDARD;
 
 use crate::support::*;
@@ -48,7 +48,7 @@ fn mixed() -> MissionWorld {
 }
 
 /// Answers to SYNC.
-fn answers(world: &World, node: NodeId, bus: Bus) -> Vec<host_worlds::world::Sent> {
+fn answers(world: &World, node: NodeId, bus: Bus) -> Vec<ecss_can_worlds::world::Sent> {
     since(world, bus, 0x280 + u16::from(node.get()), Time::ZERO)
 }
 
@@ -143,7 +143,7 @@ fn slave_with_one_controller_comes_back_after_a_reset() {
     assert!(world.all_operational());
     assert_eq!(world.active(FOUR), Some(Bus::Redundant));
     assert_eq!(since(&world, Bus::Nominal, 0x704, ms(1_700)).len(), 0);
-    let boot_up = |sent: &&host_worlds::world::Sent| sent.frame.payload() == [0];
+    let boot_up = |sent: &&ecss_can_worlds::world::Sent| sent.frame.payload() == [0];
     assert_eq!(since(&world, Bus::Redundant, 0x704, ms(3_000)).iter().filter(boot_up).count(), 1);
     // After a loss of power, Bdefault of its dictionary is the nominal bus again, and it searches.
     world.reset(FOUR);

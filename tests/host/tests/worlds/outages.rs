@@ -2,15 +2,15 @@
 //!
 //! The master commands every slave and asks it for telemetry ten times a second. Heartbeat and SYNC have the same period.
 
-use can_wire::fault::Fault;
-use can_wire::time::Time;
+use can_twin::wire::fault::Fault;
+use can_twin::wire::time::Time;
 use ecss_can::boot::{AssignedSlave, Expected};
 use ecss_can::link::port::{CanPort, ErrorState, Health};
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::log::NodeEvent;
-use host_worlds::world::World;
+use ecss_can_worlds::log::NodeEvent;
+use ecss_can_worlds::world::World;
 use mission::STANDARD;
 
 use crate::support::*;

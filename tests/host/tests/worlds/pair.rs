@@ -3,14 +3,14 @@
 //!
 //! Verifies: ECSS 8.1a
 
-use can_wire::fault::Fault;
-use can_wire::time::Time;
+use can_twin::wire::fault::Fault;
+use can_twin::wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::redundancy::{RoleCause, RoleChange};
 use ecss_can::types::{Bus, Scet};
-use host_worlds::NodeKey;
-use host_worlds::log::NodeEvent;
-use host_worlds::world::{Sent, World};
+use ecss_can_worlds::NodeKey;
+use ecss_can_worlds::log::NodeEvent;
+use ecss_can_worlds::world::{Sent, World};
 use mission::TWO_MASTERS;
 use proptest::prelude::*;
 
@@ -85,7 +85,7 @@ fn of_two_boards_powered_together_prime_is_active() {
 
 #[test]
 fn a_second_board_that_is_first_stays_active() {
-    let plan = |world: host_worlds::Builder| world.powered_at(PRIME, ms(1_500));
+    let plan = |world: ecss_can_worlds::Builder| world.powered_at(PRIME, ms(1_500));
     let world = flown(MissionWorld::pair(TWO_MASTERS, 3, plan));
     assert_eq!(world.active_masters(), [SECOND]);
     assert!(is_silent(&world, PRIME, Time::ZERO));

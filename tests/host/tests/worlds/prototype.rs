@@ -3,11 +3,11 @@
 //! Only node 2 and a foreign node are on the buses. The foreign node sends what the prototype's master sends. Identifiers are those of
 //! the table of objects in the prototype's slides (CAN in Space workshop, June 2017), contents those of its listing of a slave.
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::Node;
 use ecss_can::node::minimal::MinimalSlave;
 use ecss_can::types::{Bus, CobId, NodeId};
-use host_worlds::World;
+use ecss_can_worlds::World;
 use mission::LIBRECUBE;
 use mission::minimal::MinimalMission;
 use mission::minimal::prototype::PrototypeMission;

@@ -1,11 +1,11 @@
 //! Cuts that heal, resets in mid-flight, slaves that come and go.
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Health};
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::types::{Bus, NmtState, PerBus};
-use host_worlds::log::NodeEvent;
-use host_worlds::world::{Sent, World};
+use ecss_can_worlds::log::NodeEvent;
+use ecss_can_worlds::world::{Sent, World};
 use mission::Command;
 use mission::STANDARD;
 

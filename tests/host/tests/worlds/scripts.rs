@@ -3,7 +3,7 @@
 use ecss_can::node::MasterRequest;
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NodeId};
-use host_worlds::world::World;
+use ecss_can_worlds::world::World;
 use mission::STANDARD;
 use proptest::prelude::*;
 

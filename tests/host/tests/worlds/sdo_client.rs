@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use std::pin::pin;
 use std::rc::Rc;
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::{Communication, Identity, MasterRequest};
 use ecss_can::od::{Field, NotWritable, Readable};
 use ecss_can::runner::extend::WholeNode;

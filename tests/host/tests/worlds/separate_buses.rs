@@ -2,8 +2,8 @@
 //!
 //! Verifies: ECSS 8.2.1a.2
 
-use can_wire::fault::Fault;
-use can_wire::time::Time;
+use can_twin::wire::fault::Fault;
+use can_twin::wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Health};
 use ecss_can::types::{Bus, NmtState};
 use mission::STANDARD;

@@ -2,7 +2,7 @@
 //!
 //! Verifies: ECSS 9.4.1a
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::minimal::{MinimalDevice, MinimalSlave, Payload};
 use ecss_can::node::{MasterRequest, Refusal};
 use ecss_can::od::{Access, DataType, Entry, Field, Objects, checked};
@@ -11,8 +11,8 @@ use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::runner::extend::WholeNode;
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, Instant, NodeId};
-use host_worlds::World;
-use host_worlds::world::Sent;
+use ecss_can_worlds::World;
+use ecss_can_worlds::world::Sent;
 use mission::minimal::prototype::{PrototypeMission, PrototypeObjects};
 use mission::minimal::{FixedPdo, MinimalMission, MinimalObjects};
 use mission::{LIBRECUBE, MissionObjects, STANDARD};

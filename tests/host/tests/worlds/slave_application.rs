@@ -1,11 +1,12 @@
 //! The application of the slave image, on mock boards.
 
-use can_wire::fault::Fault;
+use can_twin::wire::fault::Fault;
 use ecss_can::nmt::{Command as NmtCommand, Target};
 use ecss_can::node::{MasterRequest, Refusal, SelfTest};
 use ecss_can::od::Field;
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Bus, NmtState, NodeId};
+use mission::application::slave;
 use mission::{Command, MissionObjects, STANDARD};
 
 use crate::log_lines;

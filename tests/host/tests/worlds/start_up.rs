@@ -1,6 +1,6 @@
 //! Power-on, boot-up, heartbeats and module control.
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::nmt::{Command, Target};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BusCause;
@@ -178,7 +178,7 @@ fn a_slave_started_before_the_master_toggles_and_is_found() {
 
 #[test]
 fn a_master_started_before_its_slaves_does_not_switch_buses() {
-    let late = |builder: host_worlds::Builder, node: NodeId| builder.powered_at(node, ms(5_000));
+    let late = |builder: ecss_can_worlds::Builder, node: NodeId| builder.powered_at(node, ms(5_000));
     let mut world = MissionWorld::of(MIXED, 3, |world| [TWO, THREE, FOUR].into_iter().fold(world, late));
     world.run_until(ms(6_500));
     assert!(world.all_operational());
@@ -197,7 +197,7 @@ fn a_master_started_before_its_slaves_does_not_switch_buses() {
 fn bus_cut_before_a_slave_was_heard_costs_a_dwell() {
     for (profile, dwell, toggling) in [(LIBRECUBE, ms(25_500), ms(12_500)), (MIXED, ms(10_000), ms(500))] {
         // The slaves boot after the master and after the cut.
-        let late = |builder: host_worlds::Builder, node: NodeId| builder.powered_at(node, ms(100));
+        let late = |builder: ecss_can_worlds::Builder, node: NodeId| builder.powered_at(node, ms(100));
         let mut world =
             MissionWorld::of(profile, 3, |world| [TWO, THREE, FOUR].into_iter().fold(world, late));
         world.run_until(ms(50));

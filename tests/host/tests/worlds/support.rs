@@ -1,14 +1,14 @@
 //! Shared code of the tests of worlds.
 
-use can_wire::fault::{Effect, Fault, Nodes};
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
+use can_twin::wire::fault::{Effect, Fault, Nodes};
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BusCause;
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::log::NodeEvent;
-use host_worlds::world::{NEXT_TO_MASTER_M, Sent, World};
+use ecss_can_worlds::log::NodeEvent;
+use ecss_can_worlds::world::{NEXT_TO_MASTER_M, Sent, World};
 use mission::{Command, STANDARD};
 
 pub use crate::mission_world::{MissionWorld, Reaction};

@@ -6,9 +6,9 @@ use std::rc::Rc;
 use ecss_can::od::{Field, NotWritable, Readable};
 use ecss_can::prelude::*;
 use ecss_can::sdo::Error;
-use host_worlds::can_wire::fault::Fault;
-use host_worlds::log::NodeEvent;
-use host_worlds::{Builder, MockBoard, NEXT_TO_MASTER_M, ResetLine, Time, World, idle};
+use ecss_can_worlds::log::NodeEvent;
+use ecss_can_worlds::wire::fault::Fault;
+use ecss_can_worlds::{Builder, MockBoard, NEXT_TO_MASTER_M, ResetLine, Time, World, idle};
 use thermometer::{Alarm, Change, Hardware, Mode, PROFILE, Thermometer};
 use thermometer_master::{Ground, Report, THERMOMETER, is_kept, write_table};
 

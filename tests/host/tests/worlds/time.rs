@@ -2,16 +2,16 @@
 
 use std::pin::pin;
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::od::Field;
 use ecss_can::runner::extend::WholeNode;
 use ecss_can::runner::{MasterHandle, TimeHandle};
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, Duration, Scet};
+use ecss_can_worlds::world::{Sent, World};
 use futures_util::future::{join_all, select};
 use futures_util::poll;
-use host_worlds::world::{Sent, World};
 use mission::{LIBRECUBE, Received, STANDARD};
 
 use crate::support::*;

@@ -2,7 +2,7 @@
 //!
 //! Verifies: ECSS 8.3.3h
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::node::SlaveEvent;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::BusCause;

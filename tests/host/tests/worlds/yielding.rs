@@ -7,14 +7,14 @@
 use std::sync::mpsc::channel;
 use std::thread;
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::node::{Communication, Identity, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::TwoBoards;
 use ecss_can::types::{Address, Bus, NmtState};
-use host_worlds::NodeKey;
-use host_worlds::world::{Sent, World};
+use ecss_can_worlds::NodeKey;
+use ecss_can_worlds::world::{Sent, World};
 use mission::TWO_MASTERS;
 
 use crate::mission_world::MissionMaster;

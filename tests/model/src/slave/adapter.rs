@@ -6,7 +6,7 @@ use ecss_can::nmt::machine::Reaction;
 use ecss_can::redundancy::machine::SlaveAction;
 use ecss_can::redundancy::{BusCause, Parameters};
 use ecss_can::types::{Bus, Instant, PerBus};
-use host_worlds::judge::selector::is_bdefault_right;
+use ecss_can_worlds::judge::selector::is_bdefault_right;
 
 use super::Slave;
 use super::reports::Reports;

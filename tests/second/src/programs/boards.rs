@@ -14,11 +14,11 @@ version = "1.0.0"
 edition = "2024"
 
 [target.'cfg(target_os = "none")'.dependencies]
-boards-stm32f4 = { path = "ROOT/boards/stm32f4", default-features = false }
+ecss-can-stm32f4 = { path = "ROOT/boards/stm32f4", default-features = false }
 embassy-stm32 = { version = "=0.6.0", default-features = false, features = ["stm32f405rg"] }
 
 [build-dependencies]
-boards-memory = { path = "ROOT/boards/memory" }
+ecss-can-memory = { path = "ROOT/boards/memory" }
 
 [workspace]
 "#;
@@ -28,7 +28,7 @@ boards-memory = { path = "ROOT/boards/memory" }
 /// # Panics
 /// When the description does not have a text that is to be replaced.
 pub fn description(changes: &[(&str, &str)]) -> (TempDir, String) {
-    let file = twin::description::folder().join("pyboard-v11/board.toml");
+    let file = can_twin::description::folder().join("pyboard-v11/board.toml");
     let mut text = fs::read_to_string(file).expect("the description of the pyboard");
     for (from, to) in changes {
         assert!(text.contains(from), "{from}");

@@ -1,10 +1,10 @@
 //! A master is isolated when it hears nothing and gets no acknowledgement. One that was just acknowledged is not.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::board::{BoardConfig, Fittings, FlashTiming};
-use twin::guest::Presence;
-use twin::spacecraft::{Bus, GuestId};
+use can_twin::board::{BoardConfig, Fittings, FlashTiming};
+use can_twin::guest::Presence;
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

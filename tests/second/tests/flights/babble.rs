@@ -1,8 +1,8 @@
 //! A node that keeps sending reset commands.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

@@ -1,7 +1,7 @@
-//! A slave on chip support alone, without `boards-runtime` and without a log: `firmware/fixtures`.
+//! A slave on chip support alone, without `ecss-can-runtime` and without a log: `firmware/fixtures`.
 
-use can_wire::frame::WireFrame;
-use twin::spacecraft::{Bus, GuestId};
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::frame::WireFrame;
 
 use flight::*;
 
@@ -11,7 +11,7 @@ const LATE_TASK: u8 = 4;
 
 /// Returns a flight in which all nodes are operational, and a client.
 fn flown() -> (Flight, GuestId) {
-    let bare = parsed(&firmware_images::build_fixture("test-bare", "standard").unwrap());
+    let bare = parsed(&ecss_can_cli::images::build_fixture("test-bare", "standard").unwrap());
     let [master, slave] = STANDARD.clone();
     let config = move |setup: BoardSetup| {
         let slave = if setup.node == SLAVE { bare.clone() } else { slave.clone() };
@@ -32,7 +32,7 @@ fn causes(flight: &Flight) -> Vec<(u8, [u8; 4])> {
     causes
 }
 
-/// Given the shipped master and an image without `boards-runtime`, then both are operational on the nominal bus, and
+/// Given the shipped master and an image without `ecss-can-runtime`, then both are operational on the nominal bus, and
 /// after a cut on the other one. The image logs nothing.
 #[test]
 fn an_image_on_chip_support_alone_flies_and_changes_the_bus() {

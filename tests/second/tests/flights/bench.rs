@@ -4,10 +4,10 @@
 //! is sent each 100 ms from then on. A line of candump has to appear after the one before it; `..` is any byte. The lines of the block
 //! `text log` have to appear in the log, in their order.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag, TagEnd};
-use twin::spacecraft::{Bus, GuestId};
 
 use flight::*;
 

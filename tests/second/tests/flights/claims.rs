@@ -4,11 +4,11 @@
 //!
 //! Scripts of the fault campaign, with less time between the faults: node n sits at 2 n metres, the second master behind the last slave.
 
-use can_wire::fault::Fault;
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::guest::Presence;
-use twin::spacecraft::{Bus, LogRecord};
+use can_twin::guest::Presence;
+use can_twin::spacecraft::{Bus, LogRecord};
+use can_twin::wire::fault::Fault;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::standby::{PRIME, SECOND, flight, is_active, setup};
 use flight::*;

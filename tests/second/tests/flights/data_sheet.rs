@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use can_twin::spacecraft::Bus;
 use flight::*;
-use twin::spacecraft::Bus;
 
 use flight::minimal::{SETUP, standard};
 

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use can_wire::time::Time;
-use twin::board::EmulatedBoard;
-use twin::image::Image;
+use can_twin::board::EmulatedBoard;
+use can_twin::image::Image;
+use can_twin::wire::time::Time;
 
 use flight::{PYBOARD_V11, STANDARD, bare};
 

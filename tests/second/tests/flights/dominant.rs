@@ -1,9 +1,9 @@
 //! A bus that is dominant for a short time while a slave has a report. A guest is the master.
 
-use can_wire::fault::Fault;
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::fault::Fault;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use can_wire::fault::Fault;
-use can_wire::record::Observation;
-use can_wire::time::Time;
-use firmware_images::Package;
-use twin::board::{BoardConfig, Fittings};
-use twin::crystal::Crystal;
-use twin::image::Image;
-use twin::model::{CanPins, Model, Pins};
-use twin::pin::Pin;
-use twin::rtt::Level;
-use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig, WireRecord, Wiring};
+use can_twin::board::{BoardConfig, Fittings};
+use can_twin::crystal::Crystal;
+use can_twin::image::Image;
+use can_twin::model::{CanPins, Model, Pins};
+use can_twin::pin::Pin;
+use can_twin::rtt::Level;
+use can_twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig, WireRecord, Wiring};
+use can_twin::wire::fault::Fault;
+use can_twin::wire::record::Observation;
+use can_twin::wire::time::Time;
+use ecss_can_cli::images::Package;
 
 use flight::{PYBOARD_V11, bare, parsed};
 

@@ -1,11 +1,11 @@
 //! Ports and CANopen slaves on the CAN driver of embassy-stm32: `firmware/examples/embassy-slave`. A guest is their master.
 
-use can_wire::fault::Fault;
-use can_wire::frame::{WireFrame, WireId};
-use can_wire::time::Time;
-use firmware_images::Package;
-use twin::guest::{GuestEvent, Presence};
-use twin::spacecraft::{Bus, GuestId, Spacecraft, SpacecraftConfig};
+use can_twin::guest::{GuestEvent, Presence};
+use can_twin::spacecraft::{Bus, GuestId, Spacecraft, SpacecraftConfig};
+use can_twin::wire::fault::Fault;
+use can_twin::wire::frame::{WireFrame, WireId};
+use can_twin::wire::time::Time;
+use ecss_can_cli::images::Package;
 
 use flight::{PYBOARD_V11, bare, parsed};
 

@@ -3,9 +3,9 @@
 //! Their frames are equal and start in the same bit: on the wire they are one frame, and neither board hears the other.
 //! The unique IDs of the chips separate them: see `docs/decisions/node-id-clashes.md`.
 
-use can_wire::time::Time;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::time::Time;
 use flight::*;
-use twin::spacecraft::Bus;
 
 /// EMCY code 8150h, CAN-ID collision, as on the wire.
 const COLLISION: [u8; 2] = [0x50, 0x81];

@@ -1,7 +1,7 @@
 //! Heartbeats of foreign nodes: the master reports them, and no node changes its bus.
 
-use can_wire::frame::WireFrame;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::frame::WireFrame;
 
 use flight::*;
 

@@ -1,11 +1,11 @@
 //! Copies of a spacecraft in flight.
 
-use can_wire::fault::Fault;
-use twin::board::{BoardConfig, Counters, EmulatedBoard, Registers};
-use twin::crystal::Crystal;
+use can_twin::board::{BoardConfig, Counters, EmulatedBoard, Registers};
+use can_twin::crystal::Crystal;
+use can_twin::wire::fault::Fault;
 
+use can_twin::spacecraft::Bus;
 use flight::*;
-use twin::spacecraft::Bus;
 
 const RAM: u32 = 0x2000_0000;
 const RAM_BYTES: usize = 128 << 10;

@@ -1,8 +1,8 @@
 //! The Node-ID of a slave: its straps, the stored Node-ID in its flash, and its change in maintenance mode.
 
-use can_wire::frame::WireFrame;
-use twin::pin::Pin;
-use twin::spacecraft::Bus;
+use can_twin::pin::Pin;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::frame::WireFrame;
 
 use flight::*;
 

@@ -2,10 +2,10 @@
 
 use std::sync::{LazyLock, Mutex};
 
-use can_wire::frame::WireFrame;
-use can_wire::record::Observation;
-use can_wire::time::Time;
-use twin::spacecraft::{Bus, GuestId};
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::record::Observation;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

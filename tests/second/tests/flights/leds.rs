@@ -1,8 +1,8 @@
 //! LEDs (docs/wiring.md) and statistics of slaves for heartbeats of the master, SYNC and the spacecraft time.
 
-use can_wire::time::Time;
-use twin::pin::Pin;
-use twin::spacecraft::Bus;
+use can_twin::pin::Pin;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::time::Time;
 
 use flight::*;
 use flight::{minimal, standby};

@@ -5,9 +5,9 @@
 
 use std::sync::LazyLock;
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::minimal::*;
 use flight::*;

@@ -1,7 +1,7 @@
 //! A cut that loses fewer slaves than the share that makes the master leave at once.
 
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

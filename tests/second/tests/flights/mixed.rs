@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

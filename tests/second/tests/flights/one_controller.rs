@@ -5,13 +5,13 @@
 
 use std::sync::{Arc, LazyLock};
 
-use can_wire::fault::Fault;
-use can_wire::record::Observation;
-use can_wire::time::Time;
-use twin::board::{BoardConfig, Fittings};
-use twin::image::Image;
-use twin::pin::Pin;
-use twin::spacecraft::Bus;
+use can_twin::board::{BoardConfig, Fittings};
+use can_twin::image::Image;
+use can_twin::pin::Pin;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::fault::Fault;
+use can_twin::wire::record::Observation;
+use can_twin::wire::time::Time;
 
 use flight::minimal::minimal_image;
 use flight::*;

@@ -2,10 +2,10 @@
 //!
 //! The program is `pulse` of `firmware/checks`: a pulse every millisecond and 37/256 µs. No other task runs.
 
-use can_wire::time::Time;
-use twin::board::{BoardConfig, Edge, EmulatedBoard};
-use twin::crystal::Crystal;
-use twin::pin::Pin;
+use can_twin::board::{BoardConfig, Edge, EmulatedBoard};
+use can_twin::crystal::Crystal;
+use can_twin::pin::Pin;
+use can_twin::wire::time::Time;
 
 use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed, words};
 
@@ -23,7 +23,7 @@ struct Flown {
 }
 
 fn flown(name: &str, ppm: f64) -> Flown {
-    let elf = firmware_images::build_check(name, "pulse").unwrap();
+    let elf = ecss_can_cli::images::build_check(name, "pulse").unwrap();
     let config = BoardConfig { crystal: Crystal::ppm(ppm), ..bare(name, parsed(&elf)) };
     let mut board = EmulatedBoard::new(config, 0);
     board.power(true);

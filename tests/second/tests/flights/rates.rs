@@ -1,8 +1,8 @@
 //! Slower buses: an image for each bit rate.
 
+use can_twin::bxcan::Side;
 use flight::rates::{assert_carries_a_slave, assert_flies, at};
 use flight::{Flight, MASTER_AND_THREE, STANDARD};
-use twin::bxcan::Side;
 
 /// Verifies: ECSS 5.4.2a.1, 5.4.2a.2, 5.4.2a.3
 /// Verifies: ECSS 5.4.3a

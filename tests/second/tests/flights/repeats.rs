@@ -1,6 +1,6 @@
 //! Masters that restart: no command is lost, and none is executed twice.
 
-use twin::spacecraft::BoardId;
+use can_twin::spacecraft::BoardId;
 
 use flight::*;
 

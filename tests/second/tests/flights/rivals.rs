@@ -1,8 +1,8 @@
 //! A foreign node sends the master's heartbeat, 701h: the master reports it and continues.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::{Bus, GuestId};
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

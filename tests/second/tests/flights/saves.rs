@@ -1,11 +1,11 @@
 //! Saves under load: heartbeats are on time, no frame is lost, and no node changes the bus.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::board::{BoardConfig, Fittings};
-use twin::peripherals::FlashSpeed;
-use twin::spacecraft::{Bus, GuestId};
-use twin::traffic::Traffic;
+use can_twin::board::{BoardConfig, Fittings};
+use can_twin::peripherals::FlashSpeed;
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::traffic::Traffic;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

@@ -1,13 +1,13 @@
 //! The self-test of the boards: without a fault, and with each fault by its name.
 
-use can_wire::fault::Fault;
-use can_wire::time::Time;
-use twin::board::{BoardConfig, Defect, Fittings, State};
-use twin::bxcan::StuckBits;
-use twin::crystal::Crystal;
-use twin::pin::Pin;
-use twin::rtt::Level;
-use twin::spacecraft::{Bus, Spacecraft, SpacecraftConfig};
+use can_twin::board::{BoardConfig, Defect, Fittings, State};
+use can_twin::bxcan::StuckBits;
+use can_twin::crystal::Crystal;
+use can_twin::pin::Pin;
+use can_twin::rtt::Level;
+use can_twin::spacecraft::{Bus, Spacecraft, SpacecraftConfig};
+use can_twin::wire::fault::Fault;
+use can_twin::wire::time::Time;
 
 use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed};
 
@@ -51,7 +51,7 @@ fn sound() -> Bench<'static> {
 
 /// Flies the self-test on a board for `ms`.
 fn flown(name: &str, bench: &Bench<'_>, ms: u64) -> Flown {
-    let image = parsed(&firmware_images::build_check(name, "selftest").unwrap());
+    let image = parsed(&ecss_can_cli::images::build_check(name, "selftest").unwrap());
     let (strap, led) = pins(name);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for (bus, fault) in bench.faults {

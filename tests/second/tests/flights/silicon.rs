@@ -1,12 +1,12 @@
 //! Effects of real boards that a core with ideal memory does not have: a broken oscillator, a removed probe, slow
 //! flash.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::board::{Fittings, FlashTiming};
-use twin::bxcan::Side;
-use twin::pin::Pin;
-use twin::spacecraft::Bus;
+use can_twin::board::{Fittings, FlashTiming};
+use can_twin::bxcan::Side;
+use can_twin::pin::Pin;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

@@ -2,11 +2,11 @@
 //!
 //! Profile `standard`: a SYNC every 100 ms. A thousand of them at each load are flown by `cargo xtask bench --only stamp`.
 
-use can_wire::time::Time;
-use firmware_images::support::diagnostics::Diagnostics;
-use twin::board::{AccessError, BoardConfig, EmulatedBoard, Fittings};
-use twin::spacecraft::{Spacecraft, SpacecraftConfig};
-use twin::stamps::{Counts, Disturbance, Outcome, Trial};
+use can_twin::board::{AccessError, BoardConfig, EmulatedBoard, Fittings};
+use can_twin::spacecraft::{Spacecraft, SpacecraftConfig};
+use can_twin::stamps::{Counts, Disturbance, Outcome, Trial};
+use can_twin::wire::time::Time;
+use ecss_can_cli::images::support::diagnostics::Diagnostics;
 
 use flight::*;
 

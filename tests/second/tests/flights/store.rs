@@ -5,10 +5,10 @@
 
 use std::sync::OnceLock;
 
-use can_wire::time::Time;
-use twin::board::{Defect, EmulatedBoard, Remains, State};
-use twin::model::FLASH_BASE;
-use twin::pin::Pin;
+use can_twin::board::{Defect, EmulatedBoard, Remains, State};
+use can_twin::model::FLASH_BASE;
+use can_twin::pin::Pin;
+use can_twin::wire::time::Time;
 
 use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed, words};
 
@@ -17,7 +17,7 @@ const STRAP: Pin = Pin::new('C', 0);
 const SECTOR: u32 = 128 << 10;
 
 fn board(name: &str) -> EmulatedBoard {
-    let image = parsed(&firmware_images::build_check(name, "parameter_store").unwrap());
+    let image = parsed(&ecss_can_cli::images::build_check(name, "parameter_store").unwrap());
     EmulatedBoard::new(bare(name, image), 0)
 }
 

@@ -2,9 +2,9 @@
 
 use std::sync::LazyLock;
 
-use firmware_images::Package;
-use twin::devices::Lm75;
-use twin::spacecraft::Bus;
+use can_twin::devices::Lm75;
+use can_twin::spacecraft::Bus;
+use ecss_can_cli::images::Package;
 
 use flight::*;
 

@@ -1,8 +1,8 @@
 //! Nodes that send too much: the budget of a slave, and the reaction of the master.
 
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use flight::*;
 

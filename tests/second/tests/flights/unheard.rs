@@ -2,7 +2,7 @@
 //!
 //! Profile `standard`: a dwell is 10 s. Profile `librecube`: twice Ttoggle consumer times and two heartbeats, 25.5 s.
 
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
 
 use flight::*;
 

@@ -1,7 +1,7 @@
-//! One jolt breaks the bus of a slave and resets it: every distance and order, see [`campaign::jolt`].
+//! One jolt breaks the bus of a slave and resets it: every distance and order, see [`ecss_can_cli::campaign::jolt`].
 
-use campaign::jolt::table;
 use campaign::{World, fly};
+use ecss_can_cli::campaign::jolt::table;
 
 use crate::wrong;
 

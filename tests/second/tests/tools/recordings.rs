@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use firmware_images::support::needs::{LOG2ASC, TSHARK};
+use ecss_can_cli::images::support::needs::{LOG2ASC, TSHARK};
 use second::{program, script, tools};
 
 #[test]

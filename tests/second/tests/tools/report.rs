@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use firmware_images::support::needs::CHROMIUM;
+use ecss_can_cli::images::support::needs::CHROMIUM;
 use second::{program, tools};
 use serde_json::Value;
 
@@ -129,7 +129,8 @@ fn report_fits_the_page_and_has_the_numbers_of_the_summary() {
 fn report_of_unknown_images_fits_the_page() {
     tools::require(&[CHROMIUM]).unwrap_or_else(|failure| panic!("{failure:#}"));
     let here = tempfile::tempdir().expect("a temporary directory");
-    let images = firmware_images::build("pyboard-v11", "librecube").unwrap_or_else(|error| panic!("{error}"));
+    let images =
+        ecss_can_cli::images::build("pyboard-v11", "librecube").unwrap_or_else(|error| panic!("{error}"));
     let slave = format!("2={}", images.slave.display());
     let summary = fly(here.path(), &["--slaves", "1", "--slave", &slave, "--seconds", "4", "--cut-at", "2"]);
     has(&check(here.path(), &summary), &["bus_changes", "failover_ms.2", "aborted_frames"]);

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use firmware_images::support::needs::PARALLEL;
+use ecss_can_cli::images::support::needs::PARALLEL;
 use second::{program, tools};
 
 /// Options of the campaign: each shard has two runs.

@@ -1,6 +1,6 @@
 //! Rules by which a search for faults judges the redundancy of a spacecraft.
 //!
-//! A *search* brings a spacecraft into many situations: random faults (`tools/campaign`), all states of a small
+//! A *search* brings a spacecraft into many situations: random faults (`tools/src/campaign`), all states of a small
 //! spacecraft (`tests/model`), random sequences of frames (`tests/search/src/fuzz`). A *judge* decides whether the
 //! observed behaviour is correct. This module contains the rules that several searches apply, independent of a world or
 //! a wire.
@@ -9,7 +9,7 @@
 //!
 //! ```
 //! use ecss_can::types::{Bus, NmtState, PerBus};
-//! use host_worlds::judge::{Command, Master, Slave, View};
+//! use ecss_can_worlds::judge::{Command, Master, Slave, View};
 //!
 //! let master = Master { is_powered: true, bus: Some(Bus::Nominal), ..Master::default() };
 //! let both = PerBus { nominal: true, redundant: true };

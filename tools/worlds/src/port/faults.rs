@@ -1,6 +1,6 @@
 //! State of fault confinement in the port.
 
-use can_wire::controller::{ErrorCounters, ErrorKind};
+use can_twin::wire::controller::{ErrorCounters, ErrorKind};
 use ecss_can::link::port::{ErrorState, Health, LastError};
 
 /// Count from which on a controller sets the error warning (RM0090 32.9.2, EWGF).

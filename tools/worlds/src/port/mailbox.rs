@@ -1,6 +1,6 @@
 //! Three transmit mailboxes: lowest COB-ID first, equal ones by number.
 
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 use ecss_can::link::port::is_urgent;
 use ecss_can::types::Frame;
 

@@ -1,7 +1,7 @@
 //! A mock of the boards' CAN port, with exactly the guarantees of [`CanPort`].
 //!
 //! Two sides share one state: a task holds the port ([`CanPort`]), a wire the controller
-//! ([`Controller`](can_wire::controller::Controller)).
+//! ([`Controller`](can_twin::wire::controller::Controller)).
 
 mod faults;
 mod mailbox;
@@ -15,9 +15,9 @@ use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
-use can_wire::controller::Attachment;
-use can_wire::time::{TICKS_PER_US, Time};
-use can_wire::timing::BitTiming;
+use can_twin::wire::controller::Attachment;
+use can_twin::wire::time::{TICKS_PER_US, Time};
+use can_twin::wire::timing::BitTiming;
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, Mailbox, PortEvent};
 use ecss_can::types::Frame;

@@ -1,8 +1,8 @@
 //! Interface of the port to the wire.
 
-use can_wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
-use can_wire::frame::{WireFrame, WireId};
-use can_wire::time::Time;
+use can_twin::wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
+use can_twin::wire::frame::{WireFrame, WireId};
+use can_twin::wire::time::Time;
 use ecss_can::link::port::{LastError, Mailbox, PortEvent};
 use ecss_can::types::{CobId, Frame};
 

@@ -1,9 +1,9 @@
 //! Accuracy of the local clock against the master's, with the crystals of the requirement.
 
 use ecss_can::time::machine::LocalClock;
+use ecss_can_worlds::local_clock::trials::STEADY;
+use ecss_can_worlds::local_clock::{Crystal, Data, Figures, Scenario, Stamps};
 use fastrand::Rng;
-use host_worlds::local_clock::trials::STEADY;
-use host_worlds::local_clock::{Crystal, Data, Figures, Scenario, Stamps};
 
 /// The figures of all seeds together, from 30 s on. The error stays in the reported bound, from the first pair on.
 fn figures(seeds: u64, scenario: impl Fn(u64) -> Scenario) -> Figures {

@@ -1,6 +1,6 @@
 //! The reported bound (2015h) with crystals, stamps and losses within the limits of the profile.
 
-use host_worlds::local_clock::trials::TRIALS;
+use ecss_can_worlds::local_clock::trials::TRIALS;
 
 /// Seeds of each trial; the example `bounds` runs a hundred.
 const SEEDS: u64 = 4;

@@ -1,8 +1,8 @@
 //! The bound that the clock reports while there is no SYNC.
 
 use ecss_can::time::machine::LocalClock;
-use host_worlds::local_clock::trials::STEADY;
-use host_worlds::local_clock::{Figures, Scenario, Stamps};
+use ecss_can_worlds::local_clock::trials::STEADY;
+use ecss_can_worlds::local_clock::{Figures, Scenario, Stamps};
 
 /// Given 100 seeds, when the SYNC stops after `after` seconds, then the error stays inside the reported bound for
 /// `hold` seconds, and the median of the bounds at the end is at most `most` microseconds: crystals that drift by 0.2

@@ -1,14 +1,14 @@
 //! The error bound that clocks report (2015h), against their errors by the edges of their pulses.
 //!
 //! [`crate::bench::clocks`] describes the flight. A pulse each 10 ms is compared with the bound that its slave reported
-//! last, at most 20 ms before. `cargo run --release -p host-worlds --example bounds` has more cases and a hundred
+//! last, at most 20 ms before. `cargo run --release -p ecss-can-worlds --example bounds` has more cases and a hundred
 //! seeds, without boards.
 
 use std::collections::VecDeque;
 
-use can_wire::time::Time;
-use firmware_images::Images;
-use firmware_images::support::board::Profile;
+use can_twin::wire::time::Time;
+use ecss_can_cli::images::Images;
+use ecss_can_cli::images::support::board::Profile;
 
 use super::time::in_all_seeds;
 use crate::bench::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires};

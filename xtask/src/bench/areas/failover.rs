@@ -13,17 +13,17 @@
 //!   first frame on the other one; in the flight of `cargo demo`.
 
 use anyhow::Context as _;
-use can_wire::time::Time;
+use can_twin::wire::time::Time;
 
 use crate::bench::context::{Context, milliseconds};
 use crate::bench::row::Row;
-use demo::Options;
-use demo::flight::Flight;
-use demo::meaning::Meaning;
-use demo::plan::Plan;
-use demo::record::{MASTER, Node, Seen};
-use firmware_images::support::board::Profile;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use ecss_can_cli::demo::Options;
+use ecss_can_cli::demo::flight::Flight;
+use ecss_can_cli::demo::meaning::Meaning;
+use ecss_can_cli::demo::plan::Plan;
+use ecss_can_cli::demo::record::{MASTER, Node, Seen};
+use ecss_can_cli::images::support::board::Profile;
 
 /// Heartbeat period of the profile `librecube`. Its consumer time and Ttoggle follow.
 const HEARTBEAT_MS: f64 = 250.0;
@@ -156,7 +156,7 @@ fn behind_the_first_slave(plan: &Plan) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use demo::sample;
+    use ecss_can_cli::demo::sample;
 
     #[test]
     fn times_are_taken_from_the_frames() {

@@ -3,10 +3,10 @@
 //! [`crate::bench::clocks`] describes the flight. The crystals drift as required until 10 s after the last SYNC, so
 //! that each pair of them changes by the 2 ppm of the default profile, and keep their frequency afterwards.
 
-use can_wire::time::Time;
-use firmware_images::Images;
-use firmware_images::support::board::Profile;
-use twin::pulses::Sample;
+use can_twin::pulses::Sample;
+use can_twin::wire::time::Time;
+use ecss_can_cli::images::Images;
+use ecss_can_cli::images::support::board::Profile;
 
 use super::time::{in_all_seeds, seconds};
 use crate::bench::clocks::{Crystals, Flight, Scenario, Wires};

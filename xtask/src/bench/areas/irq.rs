@@ -4,13 +4,13 @@
 //! heartbeat, which no node acknowledges, in thousands of attempts per second. They must not cause interrupts. The
 //! image counts them in `DIAGNOSTICS`. The measured second starts one second after the cut.
 
-use can_wire::time::Time;
-use twin::spacecraft::Bus;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::time::Time;
 
 use crate::bench::context::Context;
 use crate::bench::rig::{MASTER_BEATS, Rig};
 use crate::bench::row::Row;
-use firmware_images::support::board::Profile;
+use ecss_can_cli::images::support::board::Profile;
 
 /// The slave with selective access in the profile `librecube`.
 const SLAVE: u8 = 4;

@@ -6,14 +6,14 @@
 //! handle it. Both are counted after the buses are quiet again. It is measured with zero wait states, with the flash
 //! settings of boards, and without the accelerator of the flash.
 
-use can_wire::time::Time;
-use twin::board::FlashTiming;
-use twin::spacecraft::Bus;
+use can_twin::board::FlashTiming;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::time::Time;
 
 use crate::bench::context::Context;
 use crate::bench::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::bench::row::Row;
-use firmware_images::support::board::Profile;
+use ecss_can_cli::images::support::board::Profile;
 
 /// Random frames on each bus: 10 s of them at 117 bits, their mean length with stuff bits and intermission.
 const FRAMES: u64 = 85_500;

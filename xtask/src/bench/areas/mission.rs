@@ -3,14 +3,14 @@
 //! A run of 10 s from power-on without faults: the master, in profile `standby` two of them, three slaves and a minimal slave. A role has
 //! the worst of its boards. Flash and RAM of profile `standard` are rows of `size`.
 
-use can_wire::time::Time;
-use demo::Options;
-use demo::flight::{BoardCount, Flight};
-use demo::plan::Plan;
-use demo::record::{Bus, is_master};
-use firmware_images::LOG;
-use firmware_images::support::board::Profile;
-use firmware_images::support::elf::Facts;
+use can_twin::wire::time::Time;
+use ecss_can_cli::demo::Options;
+use ecss_can_cli::demo::flight::{BoardCount, Flight};
+use ecss_can_cli::demo::plan::Plan;
+use ecss_can_cli::demo::record::{Bus, is_master};
+use ecss_can_cli::images::LOG;
+use ecss_can_cli::images::support::board::Profile;
+use ecss_can_cli::images::support::elf::Facts;
 
 use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
@@ -75,7 +75,7 @@ fn processor(flight: &Flight, board: &BoardCount) -> f64 {
 
 fn sizes(context: &Context, profile: Profile) -> anyhow::Result<Vec<Row>> {
     let images = context.images(&FLOWN, profile)?;
-    let minimal = firmware_images::build_minimal(FLOWN.name(), profile.name(), LOG)?;
+    let minimal = ecss_can_cli::images::build_minimal(FLOWN.name(), profile.name(), LOG)?;
     let mut rows = Vec::new();
     for (role, image) in [("master", &images.master), ("slave", &images.slave), ("minimal", &minimal)] {
         let size = Facts::read(image)?.size;

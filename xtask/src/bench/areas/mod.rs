@@ -23,7 +23,7 @@ mod wire;
 pub use size::biggest_symbols;
 pub use time::clock_errors;
 
-use firmware_images::support::needs::{Need, VALGRIND};
+use ecss_can_cli::images::support::needs::{Need, VALGRIND};
 
 use super::context::Context;
 use super::row::Row;
@@ -58,7 +58,7 @@ pub const ALL: [Area; 17] = [
     area("size", "flash and RAM of the images, the deepest stacks in operation", size::measure),
     area("instructions", "instructions of the host per operation of a slave", instructions::measure)
         .with(&[VALGRIND]),
-    area("twin", "instructions of the host per emulated one, of a whole run", twin::measure)
+    area("twin", "instructions of the host per emulated one, of a whole run", can_twin::measure)
         .with(&[VALGRIND]),
     area("rx", "model cycles from receive interrupt to node and application", rx::measure),
     area("load", "frames back to back on both buses, 10 s", load::measure),

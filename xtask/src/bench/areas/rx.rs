@@ -10,17 +10,17 @@
 //! A [sweep](crate::bench::sweep) adds commands that arrive while the board does timed actions. The worst of both is
 //! the figure.
 
-use can_wire::encode::encode;
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::board::FlashTiming;
-use twin::spacecraft::Bus;
+use can_twin::board::FlashTiming;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::encode::encode;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use crate::bench::context::Context;
 use crate::bench::rig::{FLASH_TIMINGS, Rig};
 use crate::bench::row::Row;
 use crate::bench::sweep::series;
-use firmware_images::support::board::Profile;
+use ecss_can_cli::images::support::board::Profile;
 
 /// Number of measured commands.
 const COMMANDS: u32 = 1_000;

@@ -9,20 +9,20 @@
 //! sub-blocks of 127 segments with an acknowledgement each, and end, every stuff bit and every intermission included.
 
 use anyhow::{Context as _, bail, ensure};
-use can_wire::encode::encode;
-use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::Observation;
-use can_wire::time::Time;
+use can_twin::guest::GuestEvent;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::encode::encode;
+use can_twin::wire::frame::{WireFrame, WireId};
+use can_twin::wire::record::Observation;
+use can_twin::wire::time::Time;
 use ecss_can::sdo::Mode;
 use ecss_can::sdo::machine::{Client, Payload};
 use ecss_can::types::{Address, Duration, Instant};
-use twin::guest::GuestEvent;
-use twin::spacecraft::Bus;
 
 use crate::bench::context::Context;
 use crate::bench::rig::{MASTER_BEATS, Rig};
 use crate::bench::row::Row;
-use firmware_images::support::board::Profile;
+use ecss_can_cli::images::support::board::Profile;
 
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;

@@ -6,18 +6,18 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use firmware_images::LOG;
+use ecss_can_cli::images::LOG;
 
 use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
 use crate::bench::share::{self, PROTOCOL};
-use demo::Options;
-use demo::flight::BoardCount;
-use demo::plan::Plan;
-use demo::record::MASTER;
-use firmware_images::support::board::Board;
-use firmware_images::support::board::Profile;
-use firmware_images::support::elf::{Facts, Memory, Symbol};
+use ecss_can_cli::demo::Options;
+use ecss_can_cli::demo::flight::BoardCount;
+use ecss_can_cli::demo::plan::Plan;
+use ecss_can_cli::demo::record::MASTER;
+use ecss_can_cli::images::support::board::Board;
+use ecss_can_cli::images::support::board::Profile;
+use ecss_can_cli::images::support::elf::{Facts, Memory, Symbol};
 
 /// Budgets of the slaves: the whole image, its variables.
 const SLAVE: [u64; 2] = [72 * 1024, 16 * 1024];
@@ -57,7 +57,7 @@ pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 /// node.
 fn canopen_only() -> anyhow::Result<Row> {
     let flash = |name: &str| -> anyhow::Result<u64> {
-        let image = firmware_images::build_fixture(name, "standard")?;
+        let image = ecss_can_cli::images::build_fixture(name, "standard")?;
         Ok(Facts::read(&image)?.size.flash)
     };
     let bytes = flash("size-canopen")?.saturating_sub(flash("size-bus")?);
@@ -126,7 +126,7 @@ fn images(context: &Context) -> anyhow::Result<Vec<(Board, &'static str, PathBuf
     let mut images = Vec::new();
     for board in BOARDS.map(Board::shipped) {
         let built = context.images(&board, Profile::Standard)?;
-        let minimal = firmware_images::build_minimal(board.name(), Profile::Standard.name(), LOG)?;
+        let minimal = ecss_can_cli::images::build_minimal(board.name(), Profile::Standard.name(), LOG)?;
         images.extend([(board.clone(), "master", built.master), (board.clone(), "slave", built.slave)]);
         images.push((board, "minimal", minimal));
     }
@@ -135,7 +135,7 @@ fn images(context: &Context) -> anyhow::Result<Vec<(Board, &'static str, PathBuf
 
 #[cfg(test)]
 mod tests {
-    use firmware_images::support::elf::Size;
+    use ecss_can_cli::images::support::elf::Size;
 
     use super::*;
 

@@ -4,17 +4,17 @@
 //! bus: 1000 SYNCs at either load. [`twin::stamps`] defines true ends and wrong stamps. The demo reports the source of
 //! stamps, this area their errors.
 
-use can_wire::time::Time;
-use twin::board::{BoardConfig, EmulatedBoard};
-use twin::crystal::Crystal;
-use twin::spacecraft::{Spacecraft, SpacecraftConfig};
-use twin::stamps::{Counts, Disturbance, Outcome, Trial};
+use can_twin::board::{BoardConfig, EmulatedBoard};
+use can_twin::crystal::Crystal;
+use can_twin::spacecraft::{Spacecraft, SpacecraftConfig};
+use can_twin::stamps::{Counts, Disturbance, Outcome, Trial};
+use can_twin::wire::time::Time;
 
 use crate::bench::context::{Context, FLOWN, board};
 use crate::bench::row::Row;
-use firmware_images::support::board::Profile;
-use firmware_images::support::diagnostics::Diagnostics;
-use firmware_images::support::fleet;
+use ecss_can_cli::images::support::board::Profile;
+use ecss_can_cli::images::support::diagnostics::Diagnostics;
+use ecss_can_cli::images::support::fleet;
 
 const SYNC: u16 = 0x080;
 /// SYNC period of the profile `standard`.

@@ -6,18 +6,18 @@
 //! search. Flash has zero wait states. A [sweep](crate::bench::sweep) adds SYNCs that arrive while the board does timed
 //! actions. The figure is the worst of both.
 
-use can_wire::encode::encode;
-use can_wire::frame::WireFrame;
-use can_wire::time::Time;
-use twin::board::FlashTiming;
-use twin::spacecraft::Bus;
+use can_twin::board::FlashTiming;
+use can_twin::spacecraft::Bus;
+use can_twin::wire::encode::encode;
+use can_twin::wire::frame::WireFrame;
+use can_twin::wire::time::Time;
 
 use crate::bench::context::Context;
 use crate::bench::rig::Rig;
 use crate::bench::row::Row;
 use crate::bench::sweep::series;
-use firmware_images::support::board::Profile;
-use firmware_images::support::diagnostics::Stamps;
+use ecss_can_cli::images::support::board::Profile;
+use ecss_can_cli::images::support::diagnostics::Stamps;
 
 /// Number of measured SYNCs.
 const SYNCS: u32 = 200;

@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use campaign::takeover::{Case, PERIOD, sweep};
+use ecss_can_cli::campaign::takeover::{Case, PERIOD, sweep};
 
 use crate::bench::context::Context;
 use crate::bench::row::Row;

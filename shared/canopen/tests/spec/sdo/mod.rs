@@ -12,7 +12,7 @@ mod server;
 mod server_blocks;
 
 use async_canopen::sdo::machine::Crc;
-use host_worlds::judge::sdo::checksum;
+use ecss_can_worlds::judge::sdo::checksum;
 use proptest::prelude::*;
 
 #[test]

@@ -5,7 +5,7 @@
 use async_canopen::sdo::Mode;
 use async_canopen::sdo::machine::{Client, Payload};
 use async_canopen::types::{Address, Duration, Instant};
-use host_worlds::judge::sdo::{Transfer, checksum, is_written};
+use ecss_can_worlds::judge::sdo::{Transfer, checksum, is_written};
 use proptest::prelude::*;
 
 use super::fixture::{Bench, DOMAIN, PAUSE, TEXT, TIMEOUT, U8, U32, frame};

@@ -3,7 +3,7 @@
 use ecss_can::node::SlaveEvent;
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Duration, Instant, NmtState};
-use host_worlds::judge::selector::is_toggled_too_often;
+use ecss_can_worlds::judge::selector::is_toggled_too_often;
 
 use super::node::{Bench, ID, bus, frame, profile};
 use crate::fuzz::{Input, Signature};

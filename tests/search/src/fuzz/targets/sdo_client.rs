@@ -4,7 +4,7 @@ use ecss_can::sdo::Error;
 use ecss_can::sdo::Mode;
 use ecss_can::sdo::machine::{Client, Payload};
 use ecss_can::types::{Address, Duration, Instant};
-use host_worlds::judge::sdo::checksum;
+use ecss_can_worlds::judge::sdo::checksum;
 
 use crate::fuzz::{Input, Signature};
 

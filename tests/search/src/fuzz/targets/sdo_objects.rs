@@ -151,8 +151,8 @@ impl ObjectAccess for Objects {
         match find(at)?.1 {
             Kind::Fixed(exact) if value.len() < exact => return Err(AbortCode::TooShort),
             Kind::Fixed(exact) if value.len() > exact => return Err(AbortCode::TooLong),
-            Kind::Limited if value < &[1] => return Err(AbortCode::ValueTooLow),
-            Kind::Limited if value > &[9] => return Err(AbortCode::ValueTooHigh),
+            Kind::Limited if *value < [1][..] => return Err(AbortCode::ValueTooLow),
+            Kind::Limited if *value > [9][..] => return Err(AbortCode::ValueTooHigh),
             Kind::Text(most) => assert!(value.len() <= most, "more than was allowed"),
             Kind::Limited | Kind::Fixed(_) | Kind::WriteOnly => {}
             _ => panic!("written as a whole"),

@@ -2,7 +2,7 @@
 
 use ecss_can::sdo::machine::{Payload, Server};
 use ecss_can::types::{Address, Duration, Instant};
-use host_worlds::judge::sdo::{Transfer, checksum, is_written};
+use ecss_can_worlds::judge::sdo::{Transfer, checksum, is_written};
 
 use super::sdo_objects::{OBJECTS, Objects, address};
 use crate::fuzz::{Input, Signature};

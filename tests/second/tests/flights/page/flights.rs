@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use can_wire::time::Time;
-use firmware_images::BoardCrate;
+use can_twin::board::BoardConfig;
+use can_twin::description::Description;
+use can_twin::spacecraft::{Bus, GuestId};
+use can_twin::wire::time::Time;
+use ecss_can_cli::images::BoardCrate;
 use flight::*;
-use twin::board::BoardConfig;
-use twin::description::Description;
-use twin::spacecraft::{Bus, GuestId};
 
 const HEATER: u8 = 5;
 /// The shipped slave, for which the master stays on its bus while the heater hangs.
@@ -54,7 +54,7 @@ pub fn fly(top: &Path) {
 fn on_board(top: &Path) -> (Flight, GuestId) {
     let folder = top.join("h405");
     let description = Description::read(&folder).unwrap_or_else(|wrong| panic!("{wrong}"));
-    let shipped = firmware_images::build(BoardCrate::Elsewhere(&folder), "standard").expect("images");
+    let shipped = ecss_can_cli::images::build(BoardCrate::Elsewhere(&folder), "standard").expect("images");
     let images = [parsed(&shipped.master), parsed(&shipped.slave)];
     let heater = parsed(&top.join("heater/target/firmware/heater"));
     let straps = description.model.pins.straps.expect("straps");

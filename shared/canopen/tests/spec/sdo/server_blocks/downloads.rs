@@ -3,7 +3,7 @@
 //! Verifies: ECSS 6.1a
 
 use async_canopen::types::Duration;
-use host_worlds::judge::sdo::checksum;
+use ecss_can_worlds::judge::sdo::checksum;
 
 use super::{answers, downloading, end, segment};
 use crate::sdo::fixture::{Bench, DOMAIN, PAUSE, TIMEOUT, frame, hex, pattern};

@@ -6,7 +6,7 @@ mod downloads;
 mod uploads;
 
 use async_canopen::sdo::machine::Payload;
-use host_worlds::judge::sdo::checksum;
+use ecss_can_worlds::judge::sdo::checksum;
 
 use super::fixture::{Bench, DOMAIN, DOMAIN_MOST, TEXT, frame, hex, pattern};
 

@@ -3,7 +3,7 @@
 //! Verifies: ECSS 6.1a
 
 use async_canopen::sdo::machine::WINDOW;
-use host_worlds::judge::sdo::checksum;
+use ecss_can_worlds::judge::sdo::checksum;
 
 use super::{answers, end, segments, uploading};
 use crate::sdo::fixture::{Bench, DOMAIN, PAUSE, TIMEOUT, frame, hex, pattern};

@@ -1,0 +1,31 @@
+//! Workspace in which images are built for a board.
+
+use crate::images::Error;
+use crate::images::board_crate::BoardCrate;
+use crate::images::elsewhere::Elsewhere;
+
+/// Workspace in which images are built for a board, and names of their folders.
+pub(in crate::images) struct Site {
+    /// Name of the board in folders, different for each board.
+    pub(in crate::images) id: String,
+    /// Name of the board in messages; in this workspace also the feature of the images that selects it.
+    pub(in crate::images) name: String,
+    /// The workspace that is generated for a board of another repository; `None`: this workspace.
+    pub(in crate::images) elsewhere: Option<Elsewhere>,
+}
+
+impl Site {
+    /// Returns the site for a board.
+    ///
+    /// # Errors
+    /// When the folder of a board elsewhere has no usable `Cargo.toml`.
+    pub(in crate::images) fn of(board: BoardCrate) -> Result<Site, Error> {
+        match board {
+            BoardCrate::Shipped(name) => Ok(Site { id: name.into(), name: name.into(), elsewhere: None }),
+            BoardCrate::Elsewhere(folder) => {
+                let board = Elsewhere::of(folder)?;
+                Ok(Site { id: board.id(), name: board.package.clone(), elsewhere: Some(board) })
+            }
+        }
+    }
+}

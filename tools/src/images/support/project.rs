@@ -1,0 +1,54 @@
+//! The project's folders, independent of the current folder.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+/// `relative` below the root of the project.
+pub fn path(relative: &str) -> PathBuf {
+    // This package is one folder below it.
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(1);
+    root.unwrap_or(Path::new("")).join(relative)
+}
+
+/// `relative` below the target directory of cargo.
+pub fn target(relative: &str) -> PathBuf {
+    crate::images::target().join(relative)
+}
+
+/// Returns the given `Cargo.toml`, or the next one from the current folder upwards.
+///
+/// # Errors
+/// When there is none.
+pub fn manifest(given: Option<&Path>) -> anyhow::Result<PathBuf> {
+    let here = std::env::current_dir().context("the current folder")?;
+    if let Some(given) = given {
+        let path = here.join(given);
+        anyhow::ensure!(
+            path.is_file(),
+            "{}: no such file; give the Cargo.toml of the package",
+            given.display()
+        );
+        return Ok(path);
+    }
+    let found = here.ancestors().map(|folder| folder.join("Cargo.toml")).find(|path| path.is_file());
+    found.with_context(|| format!("no Cargo.toml in {} or above; give --manifest-path FILE", here.display()))
+}
+
+/// Formats a path without the current folder in front of it.
+pub fn shown(path: &Path) -> std::path::Display<'_> {
+    let here = std::env::current_dir().ok();
+    here.and_then(|here| path.strip_prefix(here).ok()).filter(|rest| *rest != "").unwrap_or(path).display()
+}
+
+/// Creates a folder if it is missing, and checks that files can be written to it.
+///
+/// # Errors
+/// The reason why they cannot.
+pub fn make_writable(folder: &Path) -> io::Result<()> {
+    let probe = folder.join(".writable");
+    std::fs::create_dir_all(folder)?;
+    std::fs::write(&probe, [])?;
+    std::fs::remove_file(&probe)
+}

@@ -1,0 +1,131 @@
+//! Selection of the toolchain for the boards.
+//!
+//! Tried in this order:
+//! 1. rustup's pinned toolchain with its thumb target installed, as rust-toolchain.toml asks for;
+//! 2. Debian's `rustc-web` with `rust-web-src`, when installed: it builds `core` for the target, nothing is fetched;
+//! 3. `rustup target add`: as the user, without root; not where `RUSTUP_AUTO_INSTALL=0` forbids rustup to install;
+//! 4. installing Debian's packages, as root.
+//!
+//! The environment variable `FIRMWARE_TOOLCHAIN=debian` leaves rustup out.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::images::environment::{clean, of_target};
+use crate::images::support::needs::is_root;
+use crate::images::support::output::note;
+use crate::images::{Error, TARGET, run};
+
+/// A way to compile for [`TARGET`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Toolchain {
+    /// rustup's, with the target's precompiled `core`.
+    Rustup,
+    /// Debian's, building `core`.
+    Debian,
+}
+
+const DEBIAN_PACKAGES: [(&str, &str); 4] = [
+    ("rustc-web", "/usr/bin/rustc"),
+    ("cargo-web", "/usr/bin/cargo"),
+    ("rust-web-src", "/usr/lib/rustlib/src/rust/library/core/Cargo.toml"),
+    ("lld", "/usr/bin/ld.lld"),
+];
+const DEBIAN_CLIPPY: (&str, &str) = ("rust-web-clippy", "/usr/bin/clippy-driver");
+
+/// Finds a toolchain or installs what is missing; `clippy`: including clippy.
+///
+/// # Errors
+/// [`Error::NoToolchain`] with the command to run as root.
+pub fn find(clippy: bool) -> Result<Toolchain, Error> {
+    let rustup_wanted = std::env::var("FIRMWARE_TOOLCHAIN").as_deref() != Ok("debian");
+    if rustup_wanted && has_rustup_target() {
+        return Ok(Toolchain::Rustup);
+    }
+    let wanted = DEBIAN_PACKAGES.into_iter().chain(clippy.then_some(DEBIAN_CLIPPY));
+    let missing: Vec<_> =
+        wanted.filter(|(_, file)| !Path::new(file).exists()).map(|(package, _)| package).collect();
+    if missing.is_empty() {
+        return Ok(Toolchain::Debian);
+    }
+    if rustup_wanted && rustup_may_install() && add_rustup_target() {
+        return Ok(Toolchain::Rustup);
+    }
+    let install = format!("apt-get update && apt-get install -y {}", missing.join(" "));
+    if !Path::new("/usr/bin/apt-get").exists() || !is_root() {
+        return Err(Error::NoToolchain(install));
+    }
+    note(format_args!("rustup has no target {TARGET}; installing Debian's instead: {install}"));
+    run(Command::new("sh")
+        .args(["-c", &install])
+        .env("DEBIAN_FRONTEND", "noninteractive")
+        .stdin(Stdio::null()))?;
+    Ok(Toolchain::Debian)
+}
+
+impl Toolchain {
+    /// Cargo of this toolchain in a clean environment.
+    pub fn cargo(self) -> Command {
+        let mut cargo = match self {
+            Toolchain::Rustup => Command::new("cargo"),
+            Toolchain::Debian => Command::new("/usr/bin/cargo"),
+        };
+        clean(&mut cargo);
+        // The linker of the toolchain, which overrides a configuration file of cargo.
+        let linker = if self == Toolchain::Debian { "ld.lld" } else { "rust-lld" };
+        cargo.env(of_target() + "LINKER", linker);
+        if self == Toolchain::Debian {
+            let path = std::env::var("PATH").unwrap_or_default();
+            cargo.env("PATH", format!("/usr/bin:{path}"));
+            cargo.env("RUSTC", "/usr/bin/rustc");
+            // build-std is not stable; the packaged compiler is.
+            cargo.env("RUSTC_BOOTSTRAP", "1");
+        }
+        cargo
+    }
+
+    /// Returns its name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Toolchain::Rustup => "rustup's toolchain",
+            Toolchain::Debian => "Debian's rustc, core built from source",
+        }
+    }
+
+    /// Returns the additional arguments of `cargo build`.
+    pub fn arguments(self) -> &'static [&'static str] {
+        match self {
+            Toolchain::Rustup => &[],
+            Toolchain::Debian => &["-Zbuild-std=core", "-Zbuild-std-features=compiler-builtins-mem"],
+        }
+    }
+}
+
+fn has_rustup_target() -> bool {
+    let output = clean(&mut Command::new("rustc"))
+        .current_dir(crate::images::workspace())
+        .args(["--print", "target-libdir", "--target", TARGET])
+        .stderr(Stdio::null())
+        .output();
+    output.is_ok_and(|output| {
+        output.status.success() && Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_dir()
+    })
+}
+
+/// Returns whether rustup may install: evaluates its own variable.
+fn rustup_may_install() -> bool {
+    std::env::var("RUSTUP_AUTO_INSTALL").as_deref() != Ok("0")
+}
+
+fn add_rustup_target() -> bool {
+    note(format_args!("no target {TARGET} yet: rustup target add {TARGET}"));
+    clean(&mut Command::new("rustup"))
+        .current_dir(crate::images::workspace())
+        .args(["target", "add", TARGET])
+        .env("RUSTUP_MAX_RETRIES", "0")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success())
+}
