@@ -125,7 +125,7 @@ fn check(out: &Path, files: &[(String, String)]) -> anyhow::Result<()> {
     let stale: Vec<&str> = files.iter().filter(is_stale).map(|(name, _)| name.as_str()).collect();
     anyhow::ensure!(
         stale.is_empty(),
-        "not current in {}: {}; run `cargo tools eds` without `--check`",
+        "not current in {}: {}; run `ecss-can eds` without `--check`",
         out.display(),
         stale.join(", ")
     );

@@ -1,4 +1,4 @@
-//! `cargo xtask`: building, flashing, benchmarks, and checks of this repository. The package `tools` has the commands for users.
+//! `cargo xtask`: building, flashing, benchmarks, and checks of this repository. The program `ecss-can` has the commands for users.
 //!
 //! `cargo master`, `cargo slave` and `cargo minimal` are `cargo xtask flash`. Exit codes: [`ecss_can_cli::images::support::ending`].
 
@@ -20,7 +20,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Build, flash, measure and check this repository. To run a spacecraft: cargo demo, or cargo tools --help
+/// Build, flash, measure and check this repository. To run a spacecraft: cargo demo, or cargo ecss-can --help
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
 struct Cli {

@@ -14,7 +14,7 @@ use crate::{Commissioning, Description, Device};
 /// Prints the data sheet of the slave `D`, or with `--node 3` the configuration of its node 3. Call it in `main` of the device's
 /// crate where that is built for the host; `sheet` has what the declaration does not say.
 ///
-/// `cargo tools eds --package NAME` runs that program and writes what it prints. The files are named after
+/// `ecss-can eds --package NAME` runs that program and writes what it prints. The files are named after
 /// [`Device::order_code`], or else after the product. The bit rate is that of the profile where `sheet` has none. With a profile
 /// below 125 kbit/s, `sheet` has to name all bit rates (ECSS 5.4.2b).
 pub fn slave_program<D: node::SpacecraftDevice>(profile: &Profile, sheet: Device) -> ExitCode {

@@ -19,7 +19,7 @@ const SECONDS: &str = "600";
 /// Longest time until the spacecraft listens. It may build the firmware first.
 const UNTIL_IT_LISTENS: Duration = Duration::from_secs(900);
 
-/// The program `tools`, which `cargo demo`, `cargo twin` and the other commands for users run, built once in a test process.
+/// The program `ecss-can`, which `cargo demo`, `cargo twin` and the other commands for users run, built once in a test process.
 ///
 /// # Errors
 /// When it cannot be built.
@@ -30,16 +30,23 @@ pub fn executable() -> anyhow::Result<&'static Path> {
 }
 
 fn build() -> anyhow::Result<PathBuf> {
-    tools::note("building the program tools; the first time about a minute");
+    tools::note("building the program ecss-can; the first time about a minute");
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let output = Command::new(cargo)
-        .args(["build", "--quiet", "--package", "tools", "--message-format", "json-render-diagnostics"])
+        .args([
+            "build",
+            "--quiet",
+            "--package",
+            "ecss-can-cli",
+            "--message-format",
+            "json-render-diagnostics",
+        ])
         .args((!cfg!(debug_assertions)).then_some("--release"))
         .current_dir(workspace())
         .stderr(Stdio::inherit())
         .output()
         .context("cannot run cargo")?;
-    ensure!(output.status.success(), "cargo build --package tools failed ({})", output.status);
+    ensure!(output.status.success(), "cargo build --package ecss-can-cli failed ({})", output.status);
     let messages = output.stdout.split(|byte| *byte == b'\n');
     let mut executables = messages.filter_map(|line| {
         let message: Value = serde_json::from_slice(line).ok()?;
@@ -55,8 +62,8 @@ fn build() -> anyhow::Result<PathBuf> {
 pub fn ends_well(arguments: &[&str]) -> anyhow::Result<()> {
     let mut command = Command::new(executable()?);
     let status = command.args(arguments).current_dir(workspace()).stdout(Stdio::null()).status();
-    let status = status.context("cannot run the program tools")?;
-    ensure!(status.success(), "cargo tools {} failed ({status})", arguments.join(" "));
+    let status = status.context("cannot run the program ecss-can")?;
+    ensure!(status.success(), "ecss-can {} failed ({status})", arguments.join(" "));
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! The campaign detects each broken rule.
 
-use campaign::{World, fly as fly_whole};
+use ecss_can_cli::campaign::{World, fly as fly_whole};
 use ecss_can_cli::campaign::broken::fly;
 use ecss_can_cli::campaign::rule::Rule;
 use ecss_can_cli::campaign::script::Script;

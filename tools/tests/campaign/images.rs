@@ -1,6 +1,6 @@
 //! Scripts run with the images, judged: searches, bus-offs, resets, noise, foreign and babbling nodes, a takeover.
 
-use campaign::{World, prepare_twin};
+use ecss_can_cli::campaign::{World, prepare_twin};
 
 use crate::violations;
 

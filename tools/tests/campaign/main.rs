@@ -12,7 +12,7 @@ mod takeover;
 
 use std::path::Path;
 
-use campaign::{World, fly};
+use ecss_can_cli::campaign::{World, fly};
 
 /// Runs each script of a folder in `tests/scripts`. Returns the violations, with the name of the file and the script.
 fn violations(folder: &str, world: World) -> String {

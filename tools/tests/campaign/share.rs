@@ -1,6 +1,6 @@
 //! A small fixed share of the campaign.
 
-use campaign::{World, fly, fly_run};
+use ecss_can_cli::campaign::{World, fly, fly_run};
 use ecss_can_cli::campaign::kind::Kind;
 use ecss_can_cli::campaign::results::Asked;
 use ecss_can_cli::campaign::script::Script;

@@ -14,7 +14,7 @@ fn wrong_values_of_the_campaign_are_refused() {
         ("campaign --kinds cut,cut,cut", &["--kinds: one or two kinds"]),
         ("campaign --kinds cut --world twin", &["--kinds", "world host"]),
         ("campaign --broken nothing", &["--broken", "dead-bus"]),
-        ("campaign --replay nowhere.txt", &["--replay nowhere.txt", "Usage: cargo tools campaign"]),
+        ("campaign --replay nowhere.txt", &["--replay nowhere.txt", "Usage: ecss-can campaign"]),
         ("campaign merge", &["<FILE>"]),
     ]);
     let file = tempfile::NamedTempFile::new().expect("a file");

@@ -73,7 +73,7 @@ fn wrong_values_are_refused_with_what_is_allowed() {
         ("demo --slaves -3", &["--slaves", "0..=14"]),
         ("demo --minimal 14", &["--minimal", "0..=13"]),
         ("demo --minimal two", &["--minimal", "two"]),
-        ("demo --minimal 12", &["--minimal", "allowed are 0 to 11", "Usage: cargo tools demo"]),
+        ("demo --minimal 12", &["--minimal", "allowed are 0 to 11", "Usage: ecss-can demo"]),
         ("demo --minimal 1 --slaves 14", &["--minimal", "allowed are 0 to 0"]),
         ("demo --minimal 2 --one-controller 3", &["--one-controller", "0 to 2", "--minimal"]),
         ("demo --one-controller 14", &["--one-controller", "0..=13"]),
@@ -82,7 +82,7 @@ fn wrong_values_are_refused_with_what_is_allowed() {
         ("demo --cut-at -1", &["--cut-at", "from 0 to the value of --seconds", "never"]),
         ("demo --cut-at inf", &["--cut-at", "from 0 to the value of --seconds"]),
         ("demo --seconds 10 --cut-at 10.5", &["10.5", "--cut-at", "0 to 10", "ends at 10 s"]),
-        ("demo --seconds 10 --cut-at 11", &["Usage: cargo tools demo"]),
+        ("demo --seconds 10 --cut-at 11", &["Usage: ecss-can demo"]),
         ("demo --board nucleo", &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]),
         ("twin --slaves 15", &["--slaves", "0..=14"]),
         ("twin --slcan-nominal 65536", &["--slcan-nominal", "65535"]),
@@ -91,7 +91,7 @@ fn wrong_values_are_refused_with_what_is_allowed() {
         ("twin --seconds 0", &["--seconds", "0.1 to 172800"]),
         (
             "twin --slcan-nominal 29501 --slcan-redundant 29501",
-            &["--slcan-nominal", "--slcan-redundant", "29501", "Usage: cargo tools twin"],
+            &["--slcan-nominal", "--slcan-redundant", "29501", "Usage: ecss-can twin"],
         ),
     ]);
 }
@@ -99,7 +99,7 @@ fn wrong_values_are_refused_with_what_is_allowed() {
 #[test]
 fn images_of_the_user_are_checked_before_anything_is_built() {
     for command in ["twin", "demo"] {
-        let usage = format!("Usage: cargo tools {command}");
+        let usage = format!("Usage: ecss-can {command}");
         TOOLS.refuses(&[command, "--slave", "3"], &["--slave", "a Node-ID and a file"]);
         TOOLS.refuses(&[command, "--slave", "16=x.elf"], &["--slave", "Node-IDs 2 to 15"]);
         TOOLS.refuses(&[command, "--slave", "3=nowhere.elf"], &["nowhere.elf", &usage]);
@@ -137,13 +137,13 @@ fn the_commands_for_users_are_listed_with_help() {
     assert!(listed.iter().all(|(_, help)| !help.is_empty()), "{listed:?}");
 }
 
-/// Given the aliases of `.cargo/config.toml`, then `cargo NAME` is `cargo tools NAME` for each command.
+/// Given the aliases of `.cargo/config.toml`, then `cargo NAME` is `ecss-can NAME` for each command.
 #[test]
 fn each_command_has_an_alias_of_its_name() {
     for name in ["demo", "twin", "eds", "campaign", "schedule"] {
-        assert_eq!(alias(name), ("tools".to_owned(), vec![name.to_owned()]));
+        assert_eq!(alias(name), ("ecss-can-cli".to_owned(), vec![name.to_owned()]));
     }
-    assert_eq!(alias("tools"), ("tools".to_owned(), Vec::new()));
+    assert_eq!(alias("ecss-can"), ("ecss-can-cli".to_owned(), Vec::new()));
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn an_out_directory_that_cannot_be_written_is_refused() {
 fn without_a_command_the_help_is_shown() {
     let (code, _, stderr) = TOOLS.run(&[]);
     assert_eq!(code, 2);
-    assert!(stderr.contains("Usage: cargo tools <COMMAND>"), "{stderr}");
+    assert!(stderr.contains("Usage: ecss-can <COMMAND>"), "{stderr}");
 }
 
 #[test]

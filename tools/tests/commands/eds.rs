@@ -53,7 +53,7 @@ fn a_stale_or_missing_file_is_named_and_left_alone() {
     std::fs::write(&path, "changed").unwrap();
     let (code, _, complaint) = check();
     assert_eq!(code, 1);
-    assert!(complaint.contains("slave-3.dcf") && complaint.contains("cargo tools eds"), "{complaint}");
+    assert!(complaint.contains("slave-3.dcf") && complaint.contains("ecss-can eds"), "{complaint}");
     assert!(!complaint.contains("slave.eds"), "{complaint}");
     assert_eq!(read(&here, "slave-3.dcf"), "changed");
 

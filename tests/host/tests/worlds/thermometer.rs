@@ -13,7 +13,7 @@ use thermometer::{Alarm, Change, Hardware, Mode, PROFILE, Thermometer};
 use thermometer_master::{Ground, Report, THERMOMETER, is_kept, write_table};
 
 eds! {
-    /// The thermometer as a maker of another master knows it. `cargo tools eds --package thermometer` wrote the file.
+    /// The thermometer as a maker of another master knows it. `ecss-can eds --package thermometer` wrote the file.
     struct Described = "tests/worlds/thermometer.eds";
 }
 

@@ -1,4 +1,4 @@
-//! Runs the programs `tools` and `xtask` as a user does. The tests of both share this module.
+//! Runs the programs `ecss-can` and `xtask` as a user does. The tests of both share this module.
 
 pub mod boards;
 

@@ -1,6 +1,6 @@
 //! A slave that is reset twice, at every moment of its boot-up process.
 
-use campaign::{World, fly};
+use ecss_can_cli::campaign::{World, fly};
 
 /// Times from one reset to the next, microseconds. The boot-up process with all writes takes 5 ms.
 const DISTANCES: std::ops::RangeInclusive<u64> = 100..=8_000;

@@ -136,20 +136,20 @@ fn a_dependency_on_a_higher_room_is_found() {
     let pairs = [
         ("shared/canopen", "shared/eds"),
         ("shared/derive", "shared/canopen"),
-        ("twin/src", "shared/canopen"),
+        ("twin", "shared/canopen"),
         ("shared/eds", "boards/stm32f4"),
-        ("shared/eds", "twin/src/wire"),
+        ("shared/eds", "twin"),
         ("boards/stm32f4", "firmware/mission"),
-        ("boards/stm32f4", "twin/src/wire"),
-        ("twin/src", "boards/stm32f4"),
-        ("twin/src", "firmware/mission"),
+        ("boards/stm32f4", "twin"),
+        ("twin", "boards/stm32f4"),
+        ("twin", "firmware/mission"),
         ("twin/foreign", "firmware/mission"),
-        ("twin/src", "twin/foreign"),
-        ("firmware/slave", "twin/src/wire"),
-        ("firmware/slave", "tools/src/demo"),
-        ("tools/src/demo", "xtask"),
-        ("tools/src/demo", "twin/foreign"),
-        ("tools/src/demo", "tests/flight"),
+        ("twin", "twin/foreign"),
+        ("firmware/slave", "twin"),
+        ("firmware/slave", "tools"),
+        ("tools", "xtask"),
+        ("tools", "twin/foreign"),
+        ("tools", "tests/flight"),
         ("xtask", "tests/flight"),
     ];
     for (one, other) in pairs {
@@ -165,7 +165,7 @@ fn a_dependency_on_a_higher_room_is_found() {
 
 #[test]
 fn a_board_is_found_where_no_image_is() {
-    for (one, has_image) in [("tools/src/images", true), ("xtask", true), ("firmware/mission", false)] {
+    for (one, has_image) in [("tools/worlds", true), ("xtask", true), ("firmware/mission", false)] {
         let found = found(one, "boards/pyboard", "dependencies", has_image);
         assert_eq!(found, [format!("{one} depends on boards/pyboard: only an image depends on a board")]);
     }
@@ -186,12 +186,12 @@ fn dependencies_downward_and_of_tests_are_no_offences() {
         ("shared/canopen", "shared/other", "dev-dependencies"),
         ("firmware/slave", "boards/pyboard", "dependencies"),
         ("twin/foreign", "boards/pyboard", "dependencies"),
-        ("tools/src/demo", "twin/src", "dependencies"),
-        ("xtask", "tools/src/demo", "dependencies"),
+        ("tools", "twin", "dependencies"),
+        ("xtask", "tools", "dependencies"),
         ("tests/flight", "xtask", "dependencies"),
         ("tests/page", "tests/flight", "dependencies"),
         ("shared/eds", "firmware/mission", "dev-dependencies"),
-        ("tools/src/images", "boards/pyboard", "dev-dependencies"),
+        ("tools/worlds", "boards/pyboard", "dev-dependencies"),
     ];
     for (one, other, section) in pairs {
         assert_eq!(found(one, other, section, true), [""; 0], "{one} {other}");

@@ -2,7 +2,7 @@
 
 use second::tools::files;
 
-const FOLDERS: [&str; 3] = ["twin/src/cpu", "twin/src/wire", "twin/src"];
+const FOLDERS: [&str; 1] = ["twin/src"];
 
 /// Words of CANopen and of its extension, in lower case.
 const WORDS: [&str; 9] =

@@ -58,7 +58,7 @@ pub const ALL: [Area; 17] = [
     area("size", "flash and RAM of the images, the deepest stacks in operation", size::measure),
     area("instructions", "instructions of the host per operation of a slave", instructions::measure)
         .with(&[VALGRIND]),
-    area("twin", "instructions of the host per emulated one, of a whole run", can_twin::measure)
+    area("twin", "instructions of the host per emulated one, of a whole run", twin::measure)
         .with(&[VALGRIND]),
     area("rx", "model cycles from receive interrupt to node and application", rx::measure),
     area("load", "frames back to back on both buses, 10 s", load::measure),
