@@ -15,7 +15,7 @@ use std::io::BufRead;
 use std::process::{Child, Command};
 
 /// The program under test.
-const TOOLS: second::programs::Program = second::programs::Program(env!("CARGO_BIN_EXE_tools"));
+const TOOLS: second::programs::Program = second::programs::Program(env!("CARGO_BIN_EXE_ecss-can"));
 
 /// Reads lines until one contains `wanted`.
 fn wait_for(lines: &mut impl BufRead, wanted: &str) {

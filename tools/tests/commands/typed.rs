@@ -12,7 +12,7 @@ const PATIENCE: u64 = 600_000;
 
 /// `cargo twin` at a terminal, and its control port.
 fn twin(record: &Path) -> (PtySession, u16) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tools"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ecss-can"));
     command.args(["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--control", "0"]);
     command.args(["--profile", "standard", "--slaves", "3", "--seconds", "600", "--record"]).arg(record);
     command.env("TERM", "xterm");

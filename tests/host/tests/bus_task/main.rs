@@ -535,7 +535,7 @@ fn wrong_filter_is_set_anew_by_the_looks_of_its_bus() {
             bench.wire.set_filter(number, sync);
         }
         bench.receive_heartbeats(1..2);
-        assert_eq!(bench.received(), []);
+        assert_eq!(bench.received(), [0; 0]);
         // Correct filters are not changed.
         bench.wire.set_filter(wrong, Filter::exact(id(0x18A)));
         // One step for each of four filters, and one that finds no further filter.

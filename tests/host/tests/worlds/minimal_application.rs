@@ -56,7 +56,7 @@ fn minimal_leds_toggle_with_heartbeat_and_sync() {
     send(&mut world, 0x080, &[]);
     let shown = indicators.shown(TWO);
     assert_eq!((shown.heartbeats, shown.syncs, shown.times, shown.resets), (3, 4, 0, 0));
-    assert_eq!(shown.states, []);
+    assert_eq!(shown.states, [false; 0]);
 }
 
 /// Given commands for the LED, then it is set after each PDO to the state of the device; a repeat changes nothing.

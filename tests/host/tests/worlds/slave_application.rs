@@ -98,7 +98,7 @@ fn unknown_commands_are_refused_and_logged() {
     let expected = ["1234", "0001", "0004"].map(|code| format!("WARN unknown command {code}h"));
     assert_eq!(lines, expected);
     assert_eq!(executed(&mut world), (0, 0));
-    assert_eq!(world.indicators(TWO).states, []);
+    assert_eq!(world.indicators(TWO).states, [false; 0]);
 }
 
 /// Given a slave that executed two commands and dropped a repeat, when it is commanded to reset its counters, then commands, repeats
@@ -225,7 +225,7 @@ fn leds_toggle_with_heartbeat_sync_and_time() {
     assert_eq!(after.heartbeats - before.heartbeats, heartbeats);
     assert_eq!(after.syncs - before.syncs, syncs);
     assert_eq!(after.times - before.times, times);
-    assert_eq!(after.states, [], "the command LED stays");
+    assert_eq!(after.states, [false; 0], "the command LED stays");
 }
 
 /// Given a slave that executed commands, when its master resets it, then it resets its chip once, and counts from zero.

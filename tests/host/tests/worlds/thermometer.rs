@@ -161,7 +161,7 @@ fn emergencies(world: &World) -> Vec<u16> {
 #[test]
 fn a_silent_sensor_is_one_emergency() {
     let (mut world, sensor) = running();
-    assert_eq!(emergencies(&world), []);
+    assert_eq!(emergencies(&world), [0; 0]);
     sensor.register.set(None);
     world.run_for(Time::from_ms(1_000));
     assert_eq!(emergencies(&world), [0x5000]);
