@@ -163,8 +163,8 @@ impl ObjectAccess for Objects {
         match self.find(at)? {
             Kind::Fixed(exact) if value.len() < exact => return Err(AbortCode::TooShort),
             Kind::Fixed(exact) if value.len() > exact => return Err(AbortCode::TooLong),
-            Kind::Limited if value < &[1] => return Err(AbortCode::ValueTooLow),
-            Kind::Limited if value > &[9] => return Err(AbortCode::ValueTooHigh),
+            Kind::Limited if *value < [1][..] => return Err(AbortCode::ValueTooLow),
+            Kind::Limited if *value > [9][..] => return Err(AbortCode::ValueTooHigh),
             _ => self.commit(at, value.to_vec()),
         }
         Ok(())
