@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use can_twin::wire::time::Time;
-use ecss_can_cli::demo::mission;
-use ecss_can_cli::demo::plan::Plan;
+use ecss_can_cli::fly::mission;
+use ecss_can_cli::fly::plan::Plan;
 use ecss_can_cli::images::support::fleet;
 
 fn main() -> anyhow::Result<()> {

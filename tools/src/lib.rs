@@ -9,10 +9,10 @@
 #[cfg(feature = "program")]
 pub mod campaign;
 #[cfg(feature = "program")]
-#[allow(missing_docs)]
-pub mod demo;
-#[cfg(feature = "program")]
 pub mod eds;
+#[cfg(feature = "program")]
+#[allow(missing_docs)]
+pub mod fly;
 pub mod images;
 #[cfg(feature = "program")]
 pub mod schedule;

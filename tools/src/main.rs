@@ -5,7 +5,7 @@
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use ecss_can_cli::{campaign, demo, eds, images, schedule};
+use ecss_can_cli::{campaign, eds, fly, images, schedule};
 
 /// Run, record and describe a spacecraft with two CAN buses.
 #[derive(Parser)]
@@ -18,9 +18,9 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Run the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
-    Demo(demo::Options),
+    Fly(fly::Options),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
-    Twin(demo::live::Options),
+    Twin(fly::live::Options),
     /// Write EDS and DCF of a device from its dictionary, or check the DCF of a network
     Eds(eds::Options),
     /// Run thousands of spacecraft with random faults, and check what must hold after each
@@ -31,8 +31,8 @@ enum Command {
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
-        Command::Demo(options) => demo::run(&options),
-        Command::Twin(options) => demo::live::run(&options),
+        Command::Fly(options) => fly::run(&options),
+        Command::Twin(options) => fly::live::run(&options),
         Command::Eds(options) => eds::run(&options),
         Command::Campaign(options) => campaign::run(&options),
         Command::Schedule(options) => schedule::run(&options),

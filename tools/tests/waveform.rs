@@ -6,7 +6,7 @@ use can_twin::wire::frame::WireFrame;
 use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
 use can_twin::wire::waveform::{Bit, Waveform};
-use ecss_can_cli::demo::drawing::waveform::{Options, draw};
+use ecss_can_cli::fly::drawing::waveform::{Options, draw};
 use svg::parser::Event;
 
 /// SYNC of node 0 at 20 us, whose stuff bit at 16 is flipped at node 2: three error flags, and a second attempt.

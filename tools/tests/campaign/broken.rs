@@ -1,9 +1,9 @@
 //! The campaign detects each broken rule.
 
-use ecss_can_cli::campaign::{World, fly as fly_whole};
 use ecss_can_cli::campaign::broken::fly;
 use ecss_can_cli::campaign::rule::Rule;
 use ecss_can_cli::campaign::script::Script;
+use ecss_can_cli::campaign::{World, fly as fly_whole};
 
 /// Part of the violation for each broken rule, and the simplest script of its run.
 const FOUND: [(Rule, &str, &str); 6] = [

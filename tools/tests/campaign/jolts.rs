@@ -1,7 +1,7 @@
 //! A sample of the table in which one jolt breaks the bus of a slave and resets it. `tests/second` runs all of it.
 
-use ecss_can_cli::campaign::{World, fly};
 use ecss_can_cli::campaign::jolt::table;
+use ecss_can_cli::campaign::{World, fly};
 
 /// Every 37th script is run; a prime number, so that the sample contains every cause, distance and variant.
 const EVERY: usize = 37;

@@ -1,9 +1,9 @@
 //! A small fixed share of the campaign.
 
-use ecss_can_cli::campaign::{World, fly, fly_run};
 use ecss_can_cli::campaign::kind::Kind;
 use ecss_can_cli::campaign::results::Asked;
 use ecss_can_cli::campaign::script::Script;
+use ecss_can_cli::campaign::{World, fly, fly_run};
 
 /// Runs of seed 1: each kind of fault alone; 10 pairs, and 9 related ones.
 const RUNS: u64 = 38;

@@ -43,7 +43,7 @@ impl Own {
     fn fly(&self, options: &[&str]) -> (i32, String) {
         let (master, slave) = (self.master.display().to_string(), format!("2={}", self.slave.display()));
         let out = self.out.path().display().to_string();
-        let own = ["demo", "--slaves", "0", "--master", &master, "--slave", &slave, "--out", &out];
+        let own = ["fly", "--slaves", "0", "--master", &master, "--slave", &slave, "--out", &out];
         let flight = [&own[..], &["--seconds", "3", "--cut-at", "never"], options].concat();
         let (code, stdout, stderr) = TOOLS.run(&flight);
         (code, stdout + &stderr)
@@ -70,10 +70,10 @@ fn mistakes_in_a_description_are_refused() {
         ("parity", "parities", &["unknown field `parities`", "`parity`"]),
     ] {
         let (_folder, path) = description(&[(from, to)]);
-        TOOLS.refuses(&["demo", "--board", &path], &[parts, &["--board", &path]].concat());
+        TOOLS.refuses(&["fly", "--board", &path], &[parts, &["--board", &path]].concat());
     }
     let (_folder, path) = description(&[("PA6", "PA99")]);
-    for command in ["demo", "twin"] {
+    for command in ["fly", "twin"] {
         TOOLS.refuses(&[command, "--board", &path], &["straps.parity", "PA99", "PA0 to PK15"]);
     }
 }
@@ -84,7 +84,7 @@ fn mistakes_in_a_description_are_refused() {
 fn images_are_not_built_for_a_board_without_crate() {
     let (folder, path) = description(&[("pyboard-v11", "mine")]);
     let folder = folder.path().to_str().expect("UTF-8");
-    for command in ["demo", "twin"] {
+    for command in ["fly", "twin"] {
         for board in [&path, folder] {
             let said = ["no Cargo.toml", folder, "pyboard-v11, nucleo-f446re", "Cargo.toml and board.toml"];
             TOOLS.refuses(&[command, "--board", board], &said);
@@ -95,20 +95,20 @@ fn images_are_not_built_for_a_board_without_crate() {
 #[test]
 fn wrong_parts_and_oscillators_are_refused() {
     assert_refused(&[
-        ("demo --chip STM32F412VG", &["--chip", "STM32F412VG", "100 MHz", "STM32F407"]),
+        ("fly --chip STM32F412VG", &["--chip", "STM32F412VG", "100 MHz", "STM32F407"]),
         ("twin --chip STM32F407RG", &["--chip", "no package", "V (100 pins)"]),
         ("twin --oscillator 80MHz", &["--oscillator", "80MHz", "4MHz to 26MHz"]),
-        ("demo --chip STM32F407VG", &["--chip is for images of your own", "--slave N=FILE"]),
+        ("fly --chip STM32F407VG", &["--chip is for images of your own", "--slave N=FILE"]),
         ("twin --oscillator 8MHz", &["--oscillator is for images of your own"]),
     ]);
-    TOOLS.refuses(&["demo", "--oscillator", "8MHz quartz"], &["--oscillator", "crystal", "external"]);
+    TOOLS.refuses(&["fly", "--oscillator", "8MHz quartz"], &["--oscillator", "crystal", "external"]);
     let (_folder, path) = description(&[
         ("pyboard-v11", "mine"),
         ("STM32F405RG", "STM32F407VG"),
         ("PB8", "PD0"),
         ("PB9", "PD1"),
     ]);
-    let arguments = ["demo", "--slaves", "0", "--master", "a", "--slave", "2=b", "--board", &path];
+    let arguments = ["fly", "--slaves", "0", "--master", "a", "--slave", "2=b", "--board", &path];
     TOOLS.refuses(&[&arguments[..], &["--chip", "STM32F446RE"]].concat(), &["--chip", "STM32F446RE", "PD0"]);
 }
 
@@ -145,9 +145,9 @@ fn images_for_another_chip_are_refused() {
     let slave = format!("3={nucleo}");
     let said =
         [&*nucleo, "the image was linked for DEV_ID 421h (STM32F446), the board has an STM32F405RG (413h)"];
-    TOOLS.refuses(&["demo", "--slave", &slave], &said);
+    TOOLS.refuses(&["fly", "--slave", &slave], &said);
     TOOLS.refuses(&["twin", "--slave", &slave], &said);
-    TOOLS.refuses(&["demo", "--master", &nucleo], &said);
+    TOOLS.refuses(&["fly", "--master", &nucleo], &said);
     let own = Own::new();
     let (code, text) = own.fly(&["--chip", "STM32F429ZI"]);
     assert_eq!(code, 2, "{text}");

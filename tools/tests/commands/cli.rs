@@ -30,7 +30,7 @@ fn help_explains_every_option_with_default_and_range() {
         "pyboard-v11",
         "nucleo-f446re",
         "--out <DIR>",
-        "[default: target/demo]",
+        "[default: target/fly]",
         "Exit code 0",
     ];
     let of_twin = [
@@ -51,7 +51,7 @@ fn help_explains_every_option_with_default_and_range() {
         "socket://127.0.0.1:29501",
         "Exit code 0",
     ];
-    for (command, parts) in [("demo", &of_demo[..]), ("twin", &of_twin)] {
+    for (command, parts) in [("fly", &of_demo[..]), ("twin", &of_twin)] {
         let (code, help, _) = TOOLS.run(&[command, "--help"]);
         assert_eq!(code, 0, "{command}");
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -65,25 +65,25 @@ fn help_explains_every_option_with_default_and_range() {
 fn wrong_values_are_refused_with_what_is_allowed() {
     let no_slave = &["--slaves", "1 to 14, or 0 with --slave N=FILE"][..];
     assert_refused(&[
-        ("demo --slaves 0", no_slave),
-        ("demo --slaves 0 --master a", no_slave),
-        ("demo --minimal 2 --slaves 0", no_slave),
-        ("demo --slaves 15", &["--slaves", "0..=14"]),
-        ("demo --slaves three", &["--slaves", "three"]),
-        ("demo --slaves -3", &["--slaves", "0..=14"]),
-        ("demo --minimal 14", &["--minimal", "0..=13"]),
-        ("demo --minimal two", &["--minimal", "two"]),
-        ("demo --minimal 12", &["--minimal", "allowed are 0 to 11", "Usage: ecss-can demo"]),
-        ("demo --minimal 1 --slaves 14", &["--minimal", "allowed are 0 to 0"]),
-        ("demo --minimal 2 --one-controller 3", &["--one-controller", "0 to 2", "--minimal"]),
-        ("demo --one-controller 14", &["--one-controller", "0..=13"]),
-        ("demo --seconds 0", &["--seconds", "1 to 3600"]),
-        ("demo --seconds nan", &["--seconds", "1 to 3600"]),
-        ("demo --cut-at -1", &["--cut-at", "from 0 to the value of --seconds", "never"]),
-        ("demo --cut-at inf", &["--cut-at", "from 0 to the value of --seconds"]),
-        ("demo --seconds 10 --cut-at 10.5", &["10.5", "--cut-at", "0 to 10", "ends at 10 s"]),
-        ("demo --seconds 10 --cut-at 11", &["Usage: ecss-can demo"]),
-        ("demo --board nucleo", &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]),
+        ("fly --slaves 0", no_slave),
+        ("fly --slaves 0 --master a", no_slave),
+        ("fly --minimal 2 --slaves 0", no_slave),
+        ("fly --slaves 15", &["--slaves", "0..=14"]),
+        ("fly --slaves three", &["--slaves", "three"]),
+        ("fly --slaves -3", &["--slaves", "0..=14"]),
+        ("fly --minimal 14", &["--minimal", "0..=13"]),
+        ("fly --minimal two", &["--minimal", "two"]),
+        ("fly --minimal 12", &["--minimal", "allowed are 0 to 11", "Usage: ecss-can fly"]),
+        ("fly --minimal 1 --slaves 14", &["--minimal", "allowed are 0 to 0"]),
+        ("fly --minimal 2 --one-controller 3", &["--one-controller", "0 to 2", "--minimal"]),
+        ("fly --one-controller 14", &["--one-controller", "0..=13"]),
+        ("fly --seconds 0", &["--seconds", "1 to 3600"]),
+        ("fly --seconds nan", &["--seconds", "1 to 3600"]),
+        ("fly --cut-at -1", &["--cut-at", "from 0 to the value of --seconds", "never"]),
+        ("fly --cut-at inf", &["--cut-at", "from 0 to the value of --seconds"]),
+        ("fly --seconds 10 --cut-at 10.5", &["10.5", "--cut-at", "0 to 10", "ends at 10 s"]),
+        ("fly --seconds 10 --cut-at 11", &["Usage: ecss-can fly"]),
+        ("fly --board nucleo", &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]),
         ("twin --slaves 15", &["--slaves", "0..=14"]),
         ("twin --slcan-nominal 65536", &["--slcan-nominal", "65535"]),
         ("twin --listen nowhere", &["--listen", "nowhere"]),
@@ -98,7 +98,7 @@ fn wrong_values_are_refused_with_what_is_allowed() {
 
 #[test]
 fn images_of_the_user_are_checked_before_anything_is_built() {
-    for command in ["twin", "demo"] {
+    for command in ["twin", "fly"] {
         let usage = format!("Usage: ecss-can {command}");
         TOOLS.refuses(&[command, "--slave", "3"], &["--slave", "a Node-ID and a file"]);
         TOOLS.refuses(&[command, "--slave", "16=x.elf"], &["--slave", "Node-IDs 2 to 15"]);
@@ -126,22 +126,28 @@ fn an_image_without_counters_is_refused_by_the_demo() {
     let image = here.path().join("own");
     std::fs::write(&image, elf).expect("a file");
     let own = format!("3={}", image.display());
-    TOOLS.refuses(&["demo", "--slaves", "0", "--slave", &own], &["node 3", "DIAGNOSTICS", "cargo twin"]);
+    TOOLS.refuses(&["fly", "--slaves", "0", "--slave", &own], &["node 3", "DIAGNOSTICS", "cargo twin"]);
 }
 
 #[test]
 fn the_commands_for_users_are_listed_with_help() {
     let listed = TOOLS.subcommands();
     let names: Vec<&str> = listed.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(names, ["demo", "twin", "eds", "campaign", "schedule", "help"]);
+    assert_eq!(names, ["fly", "twin", "eds", "campaign", "schedule", "help"]);
     assert!(listed.iter().all(|(_, help)| !help.is_empty()), "{listed:?}");
 }
 
-/// Given the aliases of `.cargo/config.toml`, then `cargo NAME` is `ecss-can NAME` for each command.
+/// Given the aliases of `.cargo/config.toml`, then `cargo NAME` is `ecss-can NAME`, and `cargo demo` is a flight.
 #[test]
-fn each_command_has_an_alias_of_its_name() {
-    for name in ["demo", "twin", "eds", "campaign", "schedule"] {
-        assert_eq!(alias(name), ("ecss-can-cli".to_owned(), vec![name.to_owned()]));
+fn commands_have_aliases() {
+    for (name, command) in [
+        ("demo", "fly"),
+        ("twin", "twin"),
+        ("eds", "eds"),
+        ("campaign", "campaign"),
+        ("schedule", "schedule"),
+    ] {
+        assert_eq!(alias(name), ("ecss-can-cli".to_owned(), vec![command.to_owned()]));
     }
     assert_eq!(alias("ecss-can"), ("ecss-can-cli".to_owned(), Vec::new()));
 }
@@ -152,7 +158,7 @@ fn an_out_directory_that_cannot_be_written_is_refused() {
     let file = here.path().join("file");
     std::fs::write(&file, "in the way").expect("a file");
     let below = file.join("out");
-    TOOLS.refuses(&["demo", "--out", below.to_str().expect("UTF-8")], &["--out", "created and written to"]);
+    TOOLS.refuses(&["fly", "--out", below.to_str().expect("UTF-8")], &["--out", "created and written to"]);
 }
 
 #[test]

@@ -20,7 +20,7 @@ impl Flown {
     /// Runs `cargo demo` with these options, and with some that may contain blanks.
     fn of(options: &str, files: &[&str]) -> Flown {
         let out = tempfile::tempdir().expect("a temporary directory");
-        let mut words = vec!["demo", "--out", out.path().to_str().expect("UTF-8")];
+        let mut words = vec!["fly", "--out", out.path().to_str().expect("UTF-8")];
         words.extend(options.split_whitespace().chain(files.iter().copied()));
         let (code, stdout, stderr) = TOOLS.run(&words);
         Flown { out, code, stdout, stderr }

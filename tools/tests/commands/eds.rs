@@ -259,7 +259,7 @@ fn text_in_place_of_a_data_sheet_is_refused() {
     let file = here.path().join("notes.eds");
     std::fs::write(&file, "# Heater\n\nvoltage = 5 V\n").unwrap();
     let file = file.to_str().unwrap();
-    for arguments in [&["demo", "--eds", &format!("2={file}")][..], &["eds", "--check-network", file]] {
+    for arguments in [&["fly", "--eds", &format!("2={file}")][..], &["eds", "--check-network", file]] {
         TOOLS.refuses(arguments, &["notes.eds", "no EDS or DCF (CiA 306)", "[DeviceInfo]"]);
     }
 }

@@ -17,7 +17,7 @@ fn shipped_images_fly_on_a_board_elsewhere() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let out = here.path().to_str().expect("UTF-8");
     let flight =
-        ["demo", "--board", &board, "--profile", "standard", "--slaves", "1", "--minimal", "1", "--out", out];
+        ["fly", "--board", &board, "--profile", "standard", "--slaves", "1", "--minimal", "1", "--out", out];
     for more in [&["--seconds", "3", "--cut-at", "1.5"][..], &["--seconds", "2", "--no-build"]] {
         let (code, stdout, stderr) = TOOLS.run(&[&flight[..], more].concat());
         assert_eq!(code, 0, "{stdout}{stderr}");

@@ -26,7 +26,7 @@ fn summary(out: &Path) -> Value {
 /// Starts a demo that is long enough to be interrupted.
 fn demo_under_way(out: &Path) -> Child {
     let mut child = TOOLS
-        .command(&["demo", "--slaves", "1", "--seconds", "3600", "--out", text(out)])
+        .command(&["fly", "--slaves", "1", "--seconds", "3600", "--out", text(out)])
         .stdout(Stdio::piped())
         .spawn()
         .expect("the program starts");
@@ -65,7 +65,7 @@ fn closed_stdout_ends_every_command_quietly() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let out = |name: &str| text(&here.path().join(name)).to_owned();
     for arguments in [
-        &["demo", "--slaves", "1", "--seconds", "2", "--out", &out("demo")][..],
+        &["fly", "--slaves", "1", "--seconds", "2", "--out", &out("fly")][..],
         &["eds", "--out", &out("eds")],
     ] {
         let (code, stderr) = TOOLS.run_with_closed_stdout(arguments);
@@ -73,7 +73,7 @@ fn closed_stdout_ends_every_command_quietly() {
         assert!(!stderr.contains("panicked") && !stderr.contains("error"), "{arguments:?}: {stderr}");
     }
     assert!(here.path().join("eds/slave.eds").exists(), "files are written before their names are printed");
-    let summary = summary(&here.path().join("demo"));
+    let summary = summary(&here.path().join("fly"));
     assert_eq!(summary["verdict"], "interrupted", "{summary}");
 }
 
@@ -121,7 +121,7 @@ fn unfinished_demo_leaves_no_results_of_an_earlier_run() {
     for file in ["summary.json", "report.html", "bus-nominal.log", "mine.txt"] {
         fs::write(here.path().join(file), "of an earlier run").expect("a file");
     }
-    let status = held_up(&["demo", "--out", text(here.path())], |child, _lock| signal(child, "-TERM"));
+    let status = held_up(&["fly", "--out", text(here.path())], |child, _lock| signal(child, "-TERM"));
     assert!(!status.success());
     let left = fs::read_dir(here.path()).expect("a directory").map(|entry| entry.expect("one").file_name());
     assert_eq!(left.collect::<Vec<_>>(), ["mine.txt"]);

@@ -20,7 +20,7 @@ use can_twin::wire::time::Time;
 use can_twin::wire::transceiver::Transceiver;
 
 use ecss_can::types::Address;
-use ecss_can_cli::demo::stamps::{StampErrors, StampWatch};
+use ecss_can_cli::fly::stamps::{StampErrors, StampWatch};
 use ecss_can_cli::images::Images;
 use ecss_can_cli::images::support::fleet;
 

@@ -10,9 +10,9 @@ use can_twin::image::Image;
 use can_twin::wire::time::Time;
 use ecss_can_cli::images::{Images, LOG};
 
-use ecss_can_cli::demo::flight::Flight;
-use ecss_can_cli::demo::mission;
-use ecss_can_cli::demo::plan::Plan;
+use ecss_can_cli::fly::flight::Flight;
+use ecss_can_cli::fly::mission;
+use ecss_can_cli::fly::plan::Plan;
 use ecss_can_cli::images::support::board::{Board, Profile};
 use ecss_can_cli::images::support::fleet;
 

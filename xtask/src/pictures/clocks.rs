@@ -3,8 +3,8 @@
 use can_twin::crystal::Crystal;
 use can_twin::wire::time::Time;
 use ecss_can::time::machine::LocalClock;
-use ecss_can_cli::demo::drawing::chart::{Curve, Quantity, curves, duration};
-use ecss_can_cli::demo::drawing::{Layout, Range};
+use ecss_can_cli::fly::drawing::chart::{Curve, Quantity, curves, duration};
+use ecss_can_cli::fly::drawing::{Layout, Range};
 use ecss_can_worlds::local_clock::trials::STEADY;
 use ecss_can_worlds::local_clock::{Sample, Scenario, Stamps};
 

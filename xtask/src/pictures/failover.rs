@@ -1,8 +1,8 @@
 //! Fail-over times of a fixed share of the campaign of faults.
 
 use ecss_can_cli::campaign::failover::times;
-use ecss_can_cli::demo::drawing::chart::{Curve, Quantity, curves};
-use ecss_can_cli::demo::drawing::{Layout, Range};
+use ecss_can_cli::fly::drawing::chart::{Curve, Quantity, curves};
+use ecss_can_cli::fly::drawing::{Layout, Range};
 
 /// Runs of each kind of cut.
 const RUNS: u64 = 100;

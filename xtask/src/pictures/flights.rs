@@ -3,12 +3,12 @@
 use std::ops::ControlFlow;
 
 use clap::Parser;
-use ecss_can_cli::demo::drawing::Layout;
-use ecss_can_cli::demo::drawing::histogram::{self, Row};
-use ecss_can_cli::demo::flight::Flight;
-use ecss_can_cli::demo::mission;
-use ecss_can_cli::demo::plan::Plan;
-use ecss_can_cli::demo::report;
+use ecss_can_cli::fly::drawing::Layout;
+use ecss_can_cli::fly::drawing::histogram::{self, Row};
+use ecss_can_cli::fly::flight::Flight;
+use ecss_can_cli::fly::mission;
+use ecss_can_cli::fly::plan::Plan;
+use ecss_can_cli::fly::report;
 
 /// Quantity of the histogram.
 const WHAT: &str = "error of the clock against the master's; each row has its own height";
@@ -22,12 +22,12 @@ pub const PICTURES: [Draw; 3] = [timeline, clocks, histogram];
 #[derive(Parser)]
 struct CommandLine {
     #[command(flatten)]
-    options: ecss_can_cli::demo::Options,
+    options: ecss_can_cli::fly::Options,
 }
 
 fn fly(arguments: &[&str]) -> anyhow::Result<Flight> {
-    let CommandLine { options } = CommandLine::parse_from([&["demo"], arguments].concat());
-    let mut images = options.fleet.own_images("demo", &options.nodes())?;
+    let CommandLine { options } = CommandLine::parse_from([&["fly"], arguments].concat());
+    let mut images = options.fleet.own_images("fly", &options.nodes())?;
     options.add_shipped(&mut images)?;
     mission::fly(Plan::new(&options)?, &images, |_, _| ControlFlow::Continue(()))
 }

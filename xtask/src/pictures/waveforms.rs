@@ -6,7 +6,7 @@ use can_twin::wire::frame::WireFrame;
 use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
 use can_twin::wire::wire::WireConfig;
-use ecss_can_cli::demo::drawing::waveform::{Options, draw};
+use ecss_can_cli::fly::drawing::waveform::{Options, draw};
 
 /// Time of SOF of the first frame.
 const SOF: Time = Time::from_us(20);

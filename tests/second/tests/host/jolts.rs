@@ -1,7 +1,7 @@
 //! One jolt breaks the bus of a slave and resets it: every distance and order, see [`ecss_can_cli::campaign::jolt`].
 
-use ecss_can_cli::campaign::{World, fly};
 use ecss_can_cli::campaign::jolt::table;
+use ecss_can_cli::campaign::{World, fly};
 
 use crate::wrong;
 

@@ -10,7 +10,7 @@ fn recordings_of_the_demo_are_read_alike_by_all_tools() {
     tools::require(&[TSHARK, LOG2ASC]).unwrap_or_else(|failure| panic!("{failure:#}"));
     let here = tempfile::tempdir().expect("a temporary directory");
     let output = Command::new(program::executable().unwrap_or_else(|failure| panic!("{failure:#}")))
-        .args(["demo", "--slaves", "2", "--seconds", "6", "--cut-at", "3", "--out"])
+        .args(["fly", "--slaves", "2", "--seconds", "6", "--cut-at", "3", "--out"])
         .arg(here.path())
         .output()
         .expect("it starts");

@@ -14,7 +14,7 @@ const FRAMES: &str = include_str!("report/frame.html");
 /// Runs the demo into a folder, and returns its summary.
 fn fly(out: &Path, arguments: &[&str]) -> Value {
     let output = Command::new(program::executable().unwrap_or_else(|failure| panic!("{failure:#}")))
-        .args(["demo", "--out"])
+        .args(["fly", "--out"])
         .arg(out)
         .args(arguments)
         .output()

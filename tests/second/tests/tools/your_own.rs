@@ -23,7 +23,7 @@ fn client_of_the_page_talks_to_the_device() {
 /// Returns whether a step makes files, image or data sheet. Tests of the device and its flight are not needed.
 fn is_needed(step: &Step) -> bool {
     match step {
-        Step::Run(commands) => !commands.starts_with("cargo test") && !commands.starts_with("ecss-can demo"),
+        Step::Run(commands) => !commands.starts_with("cargo test") && !commands.starts_with("ecss-can fly"),
         Step::Output(_) => false,
         Step::File(..) | Step::Background(_) => true,
     }

@@ -293,13 +293,13 @@ mod tests {
         std::fs::copy(description::folder().join("pyboard-v11/board.toml"), &file).unwrap();
         let board = Board::parse(&file.to_string_lossy()).unwrap();
         assert_eq!(board.board_crate(), BoardCrate::Elsewhere(&folder.path().canonicalize().unwrap()));
-        let error = board.check_images("demo").unwrap_err().to_string();
+        let error = board.check_images("fly").unwrap_err().to_string();
         for part in ["no Cargo.toml", "pyboard-v11, nucleo-f446re", "a folder with Cargo.toml and board.toml"]
         {
             assert!(error.contains(part), "{error}");
         }
         std::fs::write(folder.path().join("Cargo.toml"), "").unwrap();
-        assert_eq!(board.check_images("demo"), Ok(()));
+        assert_eq!(board.check_images("fly"), Ok(()));
         let shipped = description::folder().join("pyboard-v11");
         let shipped = Board::parse(&shipped.to_string_lossy()).unwrap();
         assert_eq!(shipped.board_crate(), BoardCrate::Shipped("pyboard-v11"));

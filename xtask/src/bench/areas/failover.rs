@@ -18,11 +18,11 @@ use can_twin::wire::time::Time;
 use crate::bench::context::{Context, milliseconds};
 use crate::bench::row::Row;
 use can_twin::spacecraft::Bus;
-use ecss_can_cli::demo::Options;
-use ecss_can_cli::demo::flight::Flight;
-use ecss_can_cli::demo::meaning::Meaning;
-use ecss_can_cli::demo::plan::Plan;
-use ecss_can_cli::demo::record::{MASTER, Node, Seen};
+use ecss_can_cli::fly::Options;
+use ecss_can_cli::fly::flight::Flight;
+use ecss_can_cli::fly::meaning::Meaning;
+use ecss_can_cli::fly::plan::Plan;
+use ecss_can_cli::fly::record::{MASTER, Node, Seen};
 use ecss_can_cli::images::support::board::Profile;
 
 /// Heartbeat period of the profile `librecube`. Its consumer time and Ttoggle follow.
@@ -156,7 +156,7 @@ fn behind_the_first_slave(plan: &Plan) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ecss_can_cli::demo::sample;
+    use ecss_can_cli::fly::sample;
 
     #[test]
     fn times_are_taken_from_the_frames() {

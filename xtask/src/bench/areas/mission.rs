@@ -4,10 +4,10 @@
 //! the worst of its boards. Flash and RAM of profile `standard` are rows of `size`.
 
 use can_twin::wire::time::Time;
-use ecss_can_cli::demo::Options;
-use ecss_can_cli::demo::flight::{BoardCount, Flight};
-use ecss_can_cli::demo::plan::Plan;
-use ecss_can_cli::demo::record::{Bus, is_master};
+use ecss_can_cli::fly::Options;
+use ecss_can_cli::fly::flight::{BoardCount, Flight};
+use ecss_can_cli::fly::plan::Plan;
+use ecss_can_cli::fly::record::{Bus, is_master};
 use ecss_can_cli::images::LOG;
 use ecss_can_cli::images::support::board::Profile;
 use ecss_can_cli::images::support::elf::Facts;

@@ -14,7 +14,7 @@ use crate::bench::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires, most
 use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
 use crate::bench::update;
-use ecss_can_cli::demo::stamps::StampErrors;
+use ecss_can_cli::fly::stamps::StampErrors;
 use ecss_can_cli::images::support::board::Profile;
 
 const SEEDS: u64 = 5;

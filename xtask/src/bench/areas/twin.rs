@@ -50,7 +50,7 @@ pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 fn host_instructions(context: &Context) -> anyhow::Result<f64> {
     let images = context.images(&FLOWN, Profile::Librecube)?;
     // As `cargo test` has it.
-    let program = callgrind::build(&["--package", "demo", "--example", "flight"], "dev")?;
+    let program = callgrind::build(&["--package", "ecss-can-cli", "--example", "flight"], "dev")?;
     let files = [&images.master, &images.slave].map(|path| path.display().to_string());
     let fly = |seconds: u64| -> anyhow::Result<(u64, u64)> {
         let seconds = seconds.to_string();
