@@ -66,7 +66,7 @@ def main():
     (ANSWERS / "answers.txt").write_bytes(printed)
     version = run(["qemu-system-arm", "--version"], stdout=subprocess.PIPE).stdout.decode().splitlines()[0]
     print(f"{version}: {len(printed.splitlines())} lines", flush=True)
-    test = ["cargo", "test", "--quiet", "-p", "twin-core", "--test", "core", "qemu", "--", "--nocapture"]
+    test = ["cargo", "test", "--quiet", "-p", "can-twin", "--test", "cpu", "qemu", "--", "--nocapture"]
     sys.exit(1 if subprocess.run(test, cwd=ROOT, check=False).returncode else 0)
 
 

@@ -41,7 +41,7 @@
 //! # Limits
 //!
 //! The module needs an allocator. A port sends in no time: there is no arbitration, no bit error and no bus-off. The packages
-//! `twin/src/wire` and `tools/worlds` of the repository simulate these.
+//! The packages `can-twin` and `ecss-can-worlds` simulate these.
 
 mod spacecraft;
 

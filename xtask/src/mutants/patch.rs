@@ -9,7 +9,7 @@
 //! ```text
 //! Rule: lost-minority
 //! Defect: The master does not try the other bus for a few lost slaves.
-//! Command: cargo test --profile mutants -p campaign --test campaign patches
+//! Command: cargo test --profile mutants -p ecss-can-cli --test campaign patches
 //! Finds: lost-minority: the master is on Nominal, all slaves are reached on the other bus
 //! ```
 //!

@@ -39,7 +39,7 @@
 //!
 //! # Limits
 //!
-//! The module needs an allocator. A port sends in no time: there is no arbitration, no bit error and no bus-off. The package `twin/src/wire` of the
+//! The module needs an allocator. A port sends in no time: there is no arbitration, no bit error and no bus-off. The package `can-twin` of the
 //! repository simulates these.
 
 mod clock;

@@ -4,7 +4,7 @@ use std::process::Command;
 
 use ecss_can_cli::images::support::project;
 
-/// Given a program of exceptions, faults, lazy stacking and MPU regions, when QEMU runs it anew, then `twin-core` prints the same lines,
+/// Given a program of exceptions, faults, lazy stacking and MPU regions, when QEMU runs it anew, then the emulated core prints the same lines,
 /// but for those that `twin/judge/README.md` explains.
 #[test]
 fn the_emulated_core_prints_what_qemu_prints() {
