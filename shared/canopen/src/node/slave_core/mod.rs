@@ -7,6 +7,7 @@ mod device;
 mod filters;
 
 use super::buses::Buses;
+use super::changed_filters::ChangedFilters;
 use super::events::SlaveEvents;
 use super::services::Services;
 use super::turn::{Timed, Turn, Wakes};
@@ -18,7 +19,6 @@ use crate::node::services::{Extension, NodeObjects};
 use crate::od::INVALID;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 use cob_id_set::CobIdSet;
-use filters::ChangedFilters;
 pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
 
 /// NMT slave, SYNC consumer and CANopen device. `E`: parts of the node beyond CANopen.
@@ -139,12 +139,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         turn: &mut Turn<'_, E::SlaveEvent>,
         change: impl FnOnce(&mut NodeControl) -> Reaction,
     ) -> bool {
-        let reaction = change(self.control_mut());
-        self.follow(reaction, turn)
-    }
-
-    fn follow(&mut self, reaction: Reaction, turn: &mut Turn<'_, E::SlaveEvent>) -> bool {
-        match reaction {
+        match change(self.control_mut()) {
             Reaction::Unchanged => {}
             Reaction::Entered(state) => self.entered(state, turn),
             Reaction::ResetNode => self.wait_for_reset(turn),
@@ -189,10 +184,8 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     fn on_peer_missed(&mut self, node: NodeId, turn: &mut Turn<'_, E::SlaveEvent>) {
         turn.out.event(E::SlaveEvent::peer_missed(node));
         let behaviour = self.services.objects().communication.nmt.error_behaviour();
-        let reaction = self.control_mut().on_communication_error(behaviour);
-        if let Reaction::Entered(state) = reaction {
-            self.entered(state, turn);
-        }
+        // Neither behaviour is a reset.
+        _ = self.change_state(turn, |control| control.on_communication_error(behaviour));
     }
 
     /// Does what was due at `until`, which may be before `now`. Frames go out on `bus`.
@@ -231,11 +224,6 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
             // A bus may have taken its filter from the object that was wrong.
             self.note_all_filters();
         }
-    }
-
-    /// Sends all filters to the buses. A controller that has them already is not disturbed.
-    fn note_all_filters(&mut self) {
-        (0..self.wanted_filters()).for_each(|number| self.note_filter(number));
     }
 
     /// Notes when to poll next, after a run of the node, which may have moved every deadline.
