@@ -10,8 +10,11 @@ mod flash;
 mod follow;
 mod network;
 mod run;
+mod same;
+mod sleep;
 mod spin;
 mod supply;
+mod upset;
 
 use std::fmt;
 use std::sync::Arc;
@@ -20,7 +23,7 @@ use crate::cpu::{Config, Core};
 use crate::wire::time::Time;
 use crate::wire::timing::BitTiming;
 
-pub use crate::cpu::Registers;
+pub use crate::cpu::{CoreRegister, Registers, StateRegister};
 pub use access::AccessError;
 pub use debug::HaltError;
 pub use defect::Defect;
@@ -35,6 +38,7 @@ use spin::Spin;
 pub use crate::accelerator::FlashTiming;
 use crate::bxcan::{BadAccess, IrqLines, Side, Stats};
 use crate::chip::Chip;
+pub use crate::chip::{Use, Uses};
 use crate::crystal::Crystal;
 use crate::devices::Lm75;
 use crate::image::{Image, Symbol};
@@ -137,6 +141,8 @@ pub struct EmulatedBoard {
     /// Participation of CAN1 and CAN2 in their buses.
     participation: [Participation; 2],
     warnings: Vec<String>,
+    /// First uses of RAM, while they are recorded.
+    uses: Option<Box<Uses>>,
 }
 
 impl fmt::Debug for EmulatedBoard {
@@ -210,6 +216,7 @@ impl EmulatedBoard {
             unconnected: [None, None],
             participation: [Participation::None; 2],
             warnings: Vec::new(),
+            uses: None,
             config,
         }
     }

@@ -5,7 +5,13 @@
 //!
 //! The inlining attributes here, in `memory` and in `accelerator` serve the row `twin.host_instructions` of `cargo xtask bench`.
 
+mod tolerance;
+mod uses;
+
 use crate::cpu::{Bus, BusError};
+
+pub(crate) use uses::Watching;
+pub use uses::{Use, Uses};
 
 use crate::accelerator::{Accelerator, FlashTiming, LINE, Purpose};
 use crate::clock::BoardClock;
@@ -32,6 +38,8 @@ pub(crate) struct Chip {
     pub needs_attention: bool,
     /// The first access that was refused.
     pub refused: Option<RefusedAccess>,
+    /// Answers as the part where the model refuses a correct program.
+    pub is_tolerant: bool,
 }
 
 /// Returns whether a peripheral, the system memory with the device signature, or DBGMCU lies at `address` (RM0090 figure 2).
@@ -54,6 +62,7 @@ impl Chip {
             cycle: 0,
             needs_attention: false,
             refused: None,
+            is_tolerant: false,
         }
     }
 
@@ -77,7 +86,10 @@ impl Chip {
         }
         let result = self.peripherals.read(self.now(), address, width);
         self.needs_attention |= self.peripherals.take_change();
-        result.map_err(|refusal| self.refuse(address, false, refusal))
+        match result {
+            Err(refusal) if self.tolerates(address, false, refusal) => Ok(0),
+            result => result.map_err(|refusal| self.refuse(address, false, refusal)),
+        }
     }
 
     fn write_peripheral(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
@@ -91,7 +103,10 @@ impl Chip {
         if let Some(acr) = self.peripherals.flash.take_acr() {
             self.accelerator.set(acr);
         }
-        result.map_err(|refusal| self.refuse(address, true, refusal))
+        match result {
+            Err(refusal) if self.tolerates(address, true, refusal) => Ok(()),
+            result => result.map_err(|refusal| self.refuse(address, true, refusal)),
+        }
     }
 
     /// Records a refused access, at which the board stops. A reserved address causes a bus fault on the real part too;

@@ -1,5 +1,7 @@
 //! A firmware image: content of flash, symbols, log table.
 
+mod places;
+
 use std::collections::HashMap;
 use std::fmt;
 use std::ops::RangeInclusive;

@@ -22,7 +22,7 @@ pub struct NotMemory(
 );
 
 /// Memories of one chip. Copies share their flash until one of them changes it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Memory {
     flash: Arc<Vec<u8>>,
     ram: Box<[u8]>,

@@ -364,6 +364,17 @@ impl Spacecraft {
         }
     }
 
+    /// Returns whether another copy of this spacecraft continues exactly alike. `false` may also mean that the states differ in a way
+    /// that has no effect, such as a counter of the wire. Records and logs have to be taken before.
+    pub fn continues_as(&self, other: &Spacecraft) -> bool {
+        let surroundings =
+            |craft: &Spacecraft| format!("{:?}", (&craft.wires, &craft.ports, &craft.guests, &craft.events));
+        self.now == other.now
+            && self.boards.len() == other.boards.len()
+            && self.boards.iter().zip(&other.boards).all(|(board, other)| board.continues_as(other))
+            && surroundings(self) == surroundings(other)
+    }
+
     fn apply_events(&mut self) {
         while let Some((_, id, event)) = self.events.pop_if(|&mut (at, ..)| at <= self.now) {
             let board = &mut self.boards[id.0];

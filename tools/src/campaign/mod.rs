@@ -29,6 +29,7 @@ mod scene;
 pub mod script;
 mod shrink;
 pub mod takeover;
+pub mod upsets;
 
 use std::num::NonZero;
 use std::ops::Range;
@@ -64,7 +65,7 @@ const SHRUNK: usize = 5;
 pub fn fly(world: World, script: &Script) -> Outcome {
     match world {
         World::Host => flight::fly(script, || Host::new(script, None)),
-        World::Twin => flight::fly(script, || Twin::new(script)),
+        World::Twin | World::Upsets => flight::fly(script, || Twin::new(script)),
     }
 }
 
@@ -76,7 +77,7 @@ pub fn fly_run(world: World, asked: &Asked, number: u64) -> (Script, Outcome) {
             (&[first], _) => Script::of_kinds(asked.seed, number, first, None),
             (&[first, second, ..], _) => Script::of_kinds(asked.seed, number, first, Some(second)),
             ([], World::Host) => Script::random(asked.seed, number, attempt),
-            ([], World::Twin) => Script::small(asked.seed, number, attempt),
+            ([], World::Twin | World::Upsets) => Script::small(asked.seed, number, attempt),
         };
         let script = if asked.masters == 1 { script } else { script.with_standby() };
         let outcome = fly(world, &script);
@@ -96,8 +97,14 @@ pub fn fly_run(world: World, asked: &Asked, number: u64) -> (Script, Outcome) {
 /// When a run has a violation, or a file cannot be read or written.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(Action::Merge { files }) = &options.action {
+        if files.first().is_some_and(|first| upsets::is_part(first)) {
+            return upsets::merge(files);
+        }
         let (run, parts) = shard::merged(COMMAND, files)?;
         return report(&run, &Results::joined(parts));
+    }
+    if options.world == World::Upsets {
+        return upsets::run(options);
     }
     if options.kinds.len() > 2 || !options.kinds.is_empty() && options.world == World::Twin {
         let text = "--kinds: one or two kinds, in the world host alone";

@@ -7,6 +7,7 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use crate::campaign::kind::Kind;
 use crate::campaign::rule::Rule;
+use crate::campaign::upsets::Draws;
 
 /// Greatest number of runs of a campaign.
 const MOST_RUNS: u64 = 10_000_000;
@@ -42,6 +43,10 @@ pub struct Options {
     /// Draw faults of this kind only, or one of each of these two kinds in each run (world host)
     #[arg(long, value_name = "KIND[,KIND]", value_delimiter = ',', value_enum, conflicts_with_all = ["broken", "replay"])]
     pub(in crate::campaign) kinds: Vec<Kind>,
+
+    /// Numbers of upsets of each place, for example ram=3000,flash=60 (world upsets, in the place of --runs)
+    #[arg(long, value_name = "PLACE=N", value_delimiter = ',', conflicts_with_all = ["broken", "replay", "kinds"])]
+    pub(in crate::campaign) draws: Vec<Draws>,
 
     /// Run one of N parts, I from 1 to N, and write its results to DIR/WORLD-I-of-N.json
     #[arg(long, value_name = "I/N", default_value = "1/1")]
@@ -86,6 +91,8 @@ pub enum World {
     Host,
     /// The images on emulated boards: one master, or two, and two slaves
     Twin,
+    /// The images on emulated boards, one bit of which is inverted
+    Upsets,
 }
 
 impl World {
@@ -94,6 +101,7 @@ impl World {
         match self {
             World::Host => "host",
             World::Twin => "twin",
+            World::Upsets => "upsets",
         }
     }
 }

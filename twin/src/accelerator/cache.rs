@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::LINE;
 
 /// Fully associative cache with `N` lines.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Cache<const N: usize> {
     places: [Place; N],
     /// For each line of flash: its place in the cache plus 1, or 0 if it is not cached.
@@ -15,7 +15,7 @@ pub struct Cache<const N: usize> {
     oldest: u8,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Place {
     /// Line of flash in this place.
     line: Option<u32>,

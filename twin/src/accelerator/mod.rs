@@ -66,7 +66,7 @@ pub(crate) enum Purpose {
 }
 
 /// The accelerator of one board.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Accelerator {
     timing: FlashTiming,
     /// Wait cycles of the core since the last [`Accelerator::take_waits`].
@@ -151,7 +151,7 @@ impl Accelerator {
 }
 
 /// Instruction lines read from flash, and when they are available.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct Lines {
     acr: u32,
     instructions: Cache<64>,

@@ -4,6 +4,7 @@ use crate::cpu::Stop;
 use crate::wire::time::Time;
 
 use super::{AccessError, EmulatedBoard, State};
+use crate::chip::Watching;
 use crate::mmio::{Refusal, RefusedAccess};
 use crate::peripherals::ResetCause;
 
@@ -64,6 +65,7 @@ impl EmulatedBoard {
     fn run(&mut self, until: Time) -> Result<(), AccessError> {
         let before = self.counters.instructions;
         while self.state == State::Running && self.now() < until {
+            self.follow_sleep();
             if self.asleep || self.is_stalled() {
                 self.sleep(until);
             } else {
@@ -122,7 +124,11 @@ impl EmulatedBoard {
         let is_stepped = is_turn || self.flash.is_busy() || exception == HARD_FAULT;
         let end = self.chip.clock.cycle_reaching(until).min(self.timer_event);
         self.core.advance_to(began);
-        let run = self.core.run(&mut self.chip, if is_stepped { 1 } else { end.saturating_sub(began) });
+        let budget = if is_stepped { 1 } else { end.saturating_sub(began) };
+        let run = match &mut self.uses {
+            Some(uses) => self.core.run(&mut Watching { chip: &mut self.chip, uses }, budget),
+            None => self.core.run(&mut self.chip, budget),
+        };
 
         let cycle = self.core.cycle();
         self.chip.clock.advance_to_cycle(cycle);

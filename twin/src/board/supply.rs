@@ -47,6 +47,9 @@ impl EmulatedBoard {
         let code = self.core.code();
         self.core = Core::new(Config::stm32f4(self.config.model.part.flash_bytes()));
         self.core.share(&code);
+        if self.chip.is_tolerant {
+            self.tolerate_upsets();
+        }
         self.core.advance_to(self.chip.clock.now().cycle);
         self.lines = [0; 3];
         self.nmi = false;

@@ -38,14 +38,14 @@ pub struct Registers {
     pclk: PclkTick,
     /// Bit timing configured by BTR.
     timing: BitTiming,
-    mcr: u32,
+    pub(super) mcr: u32,
     /// ERRI, WKUI and SLAKI.
-    msr_flags: u32,
-    ier: u32,
+    pub(super) msr_flags: u32,
+    pub(super) ier: u32,
     pub(super) btr: u32,
     pub(super) errors: ErrorState,
     pub(super) mailboxes: Mailboxes,
-    fifos: [Fifo; 2],
+    pub(super) fifos: [Fifo; 2],
     pub(super) mode: Mode,
     /// Instant at which the mode was entered.
     mode_since: Time,
@@ -184,7 +184,7 @@ impl Registers {
         Some(true)
     }
 
-    fn set_btr(&mut self, btr: u32) {
+    pub(super) fn set_btr(&mut self, btr: u32) {
         self.btr = btr;
         self.timing = self.pclk.timing(btr);
     }
@@ -450,7 +450,7 @@ impl Registers {
         mode | self.msr_flags | MSR_RECESSIVE
     }
 
-    fn write_mcr(&mut self, value: u32, now: Time) {
+    pub(super) fn write_mcr(&mut self, value: u32, now: Time) {
         if value & MCR_RESET != 0 {
             self.master_reset();
             return;

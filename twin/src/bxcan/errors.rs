@@ -12,7 +12,7 @@ const WARNING: u16 = 96;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ErrorState {
     pub counters: ErrorCounters,
-    lec: u8,
+    pub(super) lec: u8,
 }
 
 impl ErrorState {

@@ -21,8 +21,8 @@ pub enum Storing {
 /// One message as the output mailbox shows it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stored {
-    frame: WireFrame,
-    filter: u8,
+    pub(super) frame: WireFrame,
+    pub(super) filter: u8,
 }
 
 /// RFxR and the messages behind it.
@@ -30,7 +30,7 @@ pub(super) struct Stored {
 pub struct Fifo {
     pub(super) messages: VecDeque<Stored>,
     /// FULL and FOVR.
-    flags: u32,
+    pub(super) flags: u32,
     /// Releases since the last [`Fifo::settle`]. The CPU runs ahead of the wire, so a frame that was complete before
     /// them may still arrive.
     released: Vec<Time>,

@@ -39,16 +39,16 @@ impl FilterKey {
 /// The registers from FMR on.
 #[derive(Clone, Debug)]
 pub struct FilterBlock {
-    fmr: u32,
+    pub(super) fmr: u32,
     /// Bit set: identifier list, else mask.
-    fm1r: u32,
+    pub(super) fm1r: u32,
     /// Bit set: one 32-bit scale, else two 16-bit.
-    fs1r: u32,
+    pub(super) fs1r: u32,
     /// Bit set: FIFO 1.
-    ffa1r: u32,
+    pub(super) ffa1r: u32,
     /// Bit set: bank active.
-    fa1r: u32,
-    banks: [[u32; 2]; BANK_COUNT],
+    pub(super) fa1r: u32,
+    pub(super) banks: [[u32; 2]; BANK_COUNT],
     /// Instant at which FINIT was last cleared.
     open_since: Time,
 }

@@ -22,12 +22,12 @@ pub enum Attempt {
 
 /// A requested transmission.
 #[derive(Clone, Copy, Debug)]
-struct Request {
-    at: Time,
+pub(super) struct Request {
+    pub(super) at: Time,
     /// Number of the request at this controller, for TXFP.
-    order: u64,
-    abort: Option<Time>,
-    on_wire: bool,
+    pub(super) order: u64,
+    pub(super) abort: Option<Time>,
+    pub(super) on_wire: bool,
 }
 
 impl Request {
@@ -38,12 +38,12 @@ impl Request {
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Mailbox {
+pub(super) struct Mailbox {
     /// TIR without TXRQ, TDTR, TDLR, TDHR.
-    words: [u32; 4],
+    pub(super) words: [u32; 4],
     /// RQCP, TXOK, ALST and TERR.
-    status: u32,
-    request: Option<Request>,
+    pub(super) status: u32,
+    pub(super) request: Option<Request>,
 }
 
 impl Mailbox {
@@ -84,8 +84,8 @@ impl Mailbox {
 /// The mailboxes of one controller.
 #[derive(Clone, Debug, Default)]
 pub struct Mailboxes {
-    boxes: [Mailbox; MAILBOXES],
-    requests: u64,
+    pub(super) boxes: [Mailbox; MAILBOXES],
+    pub(super) requests: u64,
     /// Requests that ended by an abort.
     pub aborted: u64,
 }

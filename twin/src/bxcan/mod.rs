@@ -36,6 +36,7 @@ mod filter;
 mod line;
 mod mailbox;
 mod regs;
+mod upset;
 
 use std::fmt;
 

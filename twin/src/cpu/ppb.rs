@@ -119,6 +119,12 @@ impl Core {
         Ok(())
     }
 
+    /// Inverts a bit of a register that reads as it was written.
+    pub(in crate::cpu) fn flip_stored(&mut self, address: u32, bit: u32) -> bool {
+        let flipped = self.read_register(address).map(|word| word ^ 1 << bit);
+        flipped.and_then(|word| self.write_register(address, word, u32::MAX)).is_ok()
+    }
+
     fn read_register(&mut self, address: u32) -> Result<u32> {
         Ok(match address {
             DWT_CTRL => self.debug.dwt_control(),

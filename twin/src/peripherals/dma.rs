@@ -6,20 +6,20 @@
 
 use crate::mmio::Refusal;
 
-const LISR: u32 = 0x00;
-const HISR: u32 = 0x04;
+pub(super) const LISR: u32 = 0x00;
+pub(super) const HISR: u32 = 0x04;
 const LIFCR: u32 = 0x08;
 const HIFCR: u32 = 0x0C;
-const FIRST_STREAM: u32 = 0x10;
-const STREAM_LEN: u32 = 0x18;
-const LAST: u32 = FIRST_STREAM + 8 * STREAM_LEN - 1;
+pub(super) const FIRST_STREAM: u32 = 0x10;
+pub(super) const STREAM_LEN: u32 = 0x18;
+pub(super) const LAST: u32 = FIRST_STREAM + 8 * STREAM_LEN - 1;
 /// Registers of a stream.
-const CR: u32 = 0x00;
-const NDTR: u32 = 0x04;
-const PAR: u32 = 0x08;
-const M0AR: u32 = 0x0C;
-const M1AR: u32 = 0x10;
-const FCR: u32 = 0x14;
+pub(super) const CR: u32 = 0x00;
+pub(super) const NDTR: u32 = 0x04;
+pub(super) const PAR: u32 = 0x08;
+pub(super) const M0AR: u32 = 0x0C;
+pub(super) const M1AR: u32 = 0x10;
+pub(super) const FCR: u32 = 0x14;
 
 const EN: u32 = 1 << 0;
 /// DMEIE, TEIE, HTIE, TCIE.
@@ -34,7 +34,9 @@ const MINC: u32 = 1 << 10;
 const MSIZE: u32 = 0b11 << 13;
 const DBM: u32 = 1 << 18;
 const BURSTS: u32 = 0xF << 21;
-const CR_BITS: u32 = 0x0FEF_FFFF;
+pub(super) const CR_BITS: u32 = 0x0FEF_FFFF;
+/// Modes of CR that are not modelled.
+const LACKING: u32 = PFCTRL | DBM | BURSTS | PINC | BETWEEN_MEMORIES;
 const DMDIS: u32 = 1 << 2;
 const FEIE: u32 = 1 << 7;
 const FIFO_EMPTY: u32 = 0b100 << 3;
@@ -43,23 +45,23 @@ const FIFO_EMPTY: u32 = 0b100 << 3;
 const TEIF: u32 = 1 << 3;
 const HTIF: u32 = 1 << 4;
 const TCIF: u32 = 1 << 5;
-const FLAGS: u32 = 0b11_1101;
+pub(super) const FLAGS: u32 = 0b11_1101;
 /// Position of the flags of streams 0 to 3 in LISR, and of 4 to 7 in HISR.
-const FLAG_SHIFT: [u32; 4] = [0, 6, 16, 22];
+pub(super) const FLAG_SHIFT: [u32; 4] = [0, 6, 16, 22];
 
 /// NVIC inputs of the streams of DMA1 and DMA2 (RM0090 table 61).
 const IRQS: [[u16; 8]; 2] = [[11, 12, 13, 14, 15, 16, 17, 47], [56, 57, 58, 59, 60, 68, 69, 70]];
 
 /// One stream.
 #[derive(Clone, Copy, Debug)]
-struct Stream {
-    cr: u32,
-    ndtr: u32,
-    par: u32,
-    m0ar: u32,
-    m1ar: u32,
-    fcr: u32,
-    flags: u32,
+pub(super) struct Stream {
+    pub(super) cr: u32,
+    pub(super) ndtr: u32,
+    pub(super) par: u32,
+    pub(super) m0ar: u32,
+    pub(super) m1ar: u32,
+    pub(super) fcr: u32,
+    pub(super) flags: u32,
     /// NDTR as written, for circular mode.
     reload: u32,
     /// Items since the buffer's start.
@@ -89,8 +91,13 @@ impl Stream {
         self.cr >> 16 & 0b11
     }
 
+    /// Returns whether the model has the mode of an enabled stream.
+    pub(super) fn is_modelled(&self) -> bool {
+        let is_lacking = self.cr & LACKING != 0 || self.fcr & DMDIS != 0 || self.bytes() == 8;
+        !(self.is_enabled() && is_lacking)
+    }
+
     fn enable(&mut self) -> Result<(), Refusal> {
-        const LACKING: u32 = PFCTRL | DBM | BURSTS | PINC | BETWEEN_MEMORIES;
         if self.cr & LACKING != 0 || self.fcr & DMDIS != 0 {
             return Err(Refusal::Unmodelled);
         }
@@ -167,7 +174,7 @@ pub struct Transfer {
 /// The controller.
 #[derive(Clone, Debug)]
 pub struct Dma {
-    streams: [Stream; 8],
+    pub(super) streams: [Stream; 8],
     controller: usize,
     /// A bit for each stream that is enabled.
     enabled: u8,
@@ -185,7 +192,7 @@ impl Dma {
     }
 
     /// Updates the state after a change of a stream.
-    fn follow(&mut self, stream: usize) {
+    pub(super) fn follow(&mut self, stream: usize) {
         let bit = 1 << stream;
         self.enabled = self.enabled & !bit | if self.streams[stream].is_enabled() { bit } else { 0 };
     }

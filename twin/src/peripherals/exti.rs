@@ -6,7 +6,7 @@
 /// EXTI registers: IMR, EMR, RTSR, FTSR, SWIER, PR.
 #[derive(Clone, Debug, Default)]
 pub struct Exti {
-    words: [u32; 6],
+    pub(super) words: [u32; 6],
 }
 
 const IMR: usize = 0;
@@ -75,7 +75,7 @@ impl Exti {
 /// SYSCFG: MEMRMP, PMC, EXTICR1..4, CMPCR.
 #[derive(Clone, Debug, Default)]
 pub struct Syscfg {
-    words: [u32; 9],
+    pub(super) words: [u32; 9],
 }
 
 impl Syscfg {

@@ -38,7 +38,7 @@ pub struct PinChange {
 pub struct Gpio {
     port: usize,
     /// MODER, OTYPER, OSPEEDR, PUPDR, -, ODR, -, LCKR, AFRL, AFRH.
-    words: [u32; 10],
+    pub(super) words: [u32; 10],
     /// Pins that the harness drives, and their levels.
     driven: u32,
     levels: u32,
@@ -127,7 +127,7 @@ impl Gpio {
     }
 
     /// Outputs that drive high, those of timers included; pins in other modes are 0.
-    fn outputs(&self) -> u32 {
+    pub(super) fn outputs(&self) -> u32 {
         (0..16).fold(0, |out, n| match self.mode(n) {
             OUTPUT => out | self.word(ODR) & 1 << n,
             ALTERNATE if self.is_timed(n) => out | self.timed_levels & 1 << n,

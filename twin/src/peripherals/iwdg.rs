@@ -9,8 +9,8 @@ use crate::wire::time::{TICKS_PER_US, Time};
 use crate::mmio::Refusal;
 
 const KR: u32 = 0x00;
-const PR: u32 = 0x04;
-const RLR: u32 = 0x08;
+pub(super) const PR: u32 = 0x04;
+pub(super) const RLR: u32 = 0x08;
 const SR: u32 = 0x0C;
 
 const KEY_ACCESS: u32 = 0x5555;
@@ -25,8 +25,8 @@ const UPDATE_CYCLES: u64 = 5;
 pub struct Iwdg {
     lsi_hz: u64,
     writable: bool,
-    pr: u32,
-    rlr: u32,
+    pub(super) pr: u32,
+    pub(super) rlr: u32,
     /// Instants at which PVU and RVU are cleared.
     updated: [Time; 2],
     /// Start of the count, and the value from which it counts down.
@@ -127,7 +127,7 @@ impl Iwdg {
         self.counting.get_or_insert((now, FULL));
     }
 
-    fn set_prescaler(&mut self, now: Time, pr: u32) {
+    pub(super) fn set_prescaler(&mut self, now: Time, pr: u32) {
         if let Some((since, count)) = &mut self.counting {
             let per_count = u128::from(TICKS_PER_US) * 1_000_000 * u128::from(4_u64 << self.pr.min(6));
             let passed = u128::from(now.since(*since).0) * u128::from(self.lsi_hz) / per_count;

@@ -18,6 +18,7 @@ mod pins;
 mod rcc;
 mod requests;
 mod resets;
+mod sleep;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -25,6 +26,7 @@ mod tests;
 mod tests_of_blocks;
 mod timer;
 mod timers;
+mod upset;
 mod wires;
 
 use crate::wire::time::Time;
@@ -110,6 +112,8 @@ pub struct Peripherals {
     can_routed: [bool; 2],
     /// Instant since which a debugger has halted the core.
     halted: Option<Time>,
+    /// The core sleeps, and a peripheral stands still meanwhile.
+    is_asleep: bool,
     /// Changes of output pins by stores, until the board takes them.
     pub(crate) pin_changes: Vec<PinChange>,
     timed_changes: Vec<TimedChange>,
@@ -144,6 +148,7 @@ impl Peripherals {
             can: BxcanPair::new(hsi_tick()),
             can_routed: [false; 2],
             halted: None,
+            is_asleep: false,
             pin_changes: Vec::new(),
             timed_changes: Vec::new(),
             has_changed: false,
@@ -173,6 +178,7 @@ impl Peripherals {
     pub fn reset(&mut self, now: Time, cause: ResetCause) {
         self.rcc.reset(cause);
         self.halted = None;
+        self.is_asleep = false;
         self.flash.reset();
         self.pwr = Pwr::new(self.part);
         self.gpio.iter_mut().for_each(Gpio::reset);
@@ -238,6 +244,10 @@ impl Peripherals {
         }
         let (block, offset) = self.select(address, width)?;
         let word = offset & !3;
+        // A peripheral in reset ignores stores.
+        if block.gate(offset).is_some_and(|gate| self.rcc.is_held(gate)) {
+            return Ok(());
+        }
         let value = match self.kept(now, block, word) {
             Some(old) => merge(width, address, old, value),
             // Timers depend on the width of the access.
@@ -301,6 +311,11 @@ impl Peripherals {
             Block::Flash => self.flash.kept(word),
             _ => None,
         }
+    }
+
+    /// Returns whether a modelled block is at `address`.
+    pub(crate) fn is_modelled(&self, address: u32) -> bool {
+        Block::at(self.part, address).is_some()
     }
 
     fn select(&self, address: u32, width: Width) -> Result<(Block, u32), Refusal> {
@@ -486,7 +501,7 @@ impl Peripherals {
     }
 
     fn is_can_clocked(&self, side: Side) -> bool {
-        self.rcc.is_clocked(Gate { bus: APB1, bit: CAN1_BIT })
-            && (side == Side::Can1 || self.rcc.is_clocked(Gate { bus: APB1, bit: CAN2_BIT }))
+        self.is_running(Gate { bus: APB1, bit: CAN1_BIT })
+            && (side == Side::Can1 || self.is_running(Gate { bus: APB1, bit: CAN2_BIT }))
     }
 }

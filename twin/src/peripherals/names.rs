@@ -155,7 +155,34 @@ pub(crate) fn name(part: Part, address: u32) -> Option<String> {
         return Some(register(name, "", address - base));
     }
     let &(base, _, name, registers, _) = place(part, address)?;
+    if let Some(register) = can_register(name, address - base) {
+        return Some(format!("{name}.{register}"));
+    }
     Some(register(name, registers, address - base))
+}
+
+/// Returns the name of a mailbox or filter register of bxCAN (RM0090 table 174).
+fn can_register(block: &str, offset: u32) -> Option<String> {
+    if !block.starts_with("CAN") {
+        return None;
+    }
+    let named = |names: [&str; 4], offset: u32| {
+        names[offset as usize / 4 % 4].replace('#', &format!("{}", offset / 16))
+    };
+    match offset {
+        0x180..0x1B0 => Some(named(["TI#R", "TDT#R", "TDL#R", "TDH#R"], offset - 0x180)),
+        0x1B0..0x1D0 => Some(named(["RI#R", "RDT#R", "RDL#R", "RDH#R"], offset - 0x1B0)),
+        0x200 if block == "CAN1" => Some("FMR".into()),
+        0x204 if block == "CAN1" => Some("FM1R".into()),
+        0x20C if block == "CAN1" => Some("FS1R".into()),
+        0x214 if block == "CAN1" => Some("FFA1R".into()),
+        0x21C if block == "CAN1" => Some("FA1R".into()),
+        0x240..0x320 if block == "CAN1" => {
+            let bank = (offset - 0x240) / 8;
+            Some(format!("F{bank}R{}", offset / 4 % 2 + 1))
+        }
+        _ => None,
+    }
 }
 
 /// Returns whether a part has nothing at `address`: the bus answers with a fault, which a program may survive.

@@ -2,7 +2,7 @@
 //!
 //! RM0090 chapters 7 (F405) and 6 (F42x), RM0390 chapter 6 (F446), RM0386 chapter 6 (F469). HSE and the PLL take their
 //! datasheet's time to get ready; HSE never becomes ready while HSEBYP does not match the oscillator of the board, or
-//! if that is broken. The bus enforces gated clocks; the low-power enables (LPENR) for Sleep are stored without effect.
+//! if that is broken. The bus enforces gated clocks; `sleep` has the effect of the low-power enables (LPENR).
 //! PLLI2S and PLLSAI lock at once.
 
 use crate::wire::time::Time;
@@ -23,10 +23,12 @@ const CR: u32 = 0x00;
 const PLLCFGR: u32 = 0x04;
 const CFGR: u32 = 0x08;
 const CIR: u32 = 0x0C;
-const AHB1RSTR: u32 = 0x10;
+pub(super) const AHB1RSTR: u32 = 0x10;
 const APB2RSTR: u32 = 0x24;
-const AHB1ENR: u32 = 0x30;
+pub(super) const AHB1ENR: u32 = 0x30;
 const APB2ENR: u32 = 0x44;
+const AHB1LPENR: u32 = 0x50;
+const APB2LPENR: u32 = 0x64;
 pub const BDCR: u32 = 0x70;
 const CSR: u32 = 0x74;
 const DCKCFGR: u32 = 0x8C;
@@ -63,7 +65,7 @@ const CSR_RMVF: u32 = 1 << 24;
 const CSR_FLAGS: u32 = 0xFE00_0000;
 
 /// AHB1ENR, the five LPENR, PLLI2SCFGR and PLLSAICFGR after a reset, of the families F405, F42x, F446 and F469.
-const AT_RESET: [(u32, [u32; 4]); 8] = [
+pub(super) const AT_RESET: [(u32, [u32; 4]); 8] = [
     (AHB1ENR, [0x0010_0000, 0x0010_0000, 0, 0x0010_0000]),
     (0x50, [0x7E67_91FF, 0x7EEF_97FF, 0x6067_90FF, 0x7EEF_97FF]),
     (0x54, [0x0000_00F1, 0x0000_00F1, 0x0000_0081, 0x0000_00F1]),
@@ -134,8 +136,8 @@ pub struct Clocks {
 /// The registers.
 #[derive(Clone, Debug)]
 pub struct Rcc {
-    model: Model,
-    words: [u32; WORDS],
+    pub(super) model: Model,
+    pub(super) words: [u32; WORDS],
     /// HSE starts when it is next switched on.
     pub hse_starts: bool,
     /// Instant before which HSE does not start.
@@ -148,6 +150,8 @@ pub struct Rcc {
     lse_ready: Option<Time>,
     /// Peripherals put into reset by the last write, as (bus as in [`Gate`], bits).
     pub resets: Option<(u32, u32)>,
+    /// An enabled peripheral stops while the core sleeps.
+    pub has_sleepers: bool,
 }
 
 impl Rcc {
@@ -163,6 +167,7 @@ impl Rcc {
             pll_ready: Time::NEVER,
             lse_ready: None,
             resets: None,
+            has_sleepers: false,
         };
         rcc.reset(ResetCause::PowerOn);
         rcc
@@ -212,6 +217,7 @@ impl Rcc {
         for (offset, value) in of_family.into_iter().chain(of_all) {
             *self.word_mut(offset) = value;
         }
+        self.has_sleepers = self.stops_in_sleep();
         self.hse_ready = Time::NEVER;
         self.pll_ready = Time::NEVER;
     }
@@ -224,7 +230,7 @@ impl Rcc {
         &mut self.words[offset as usize / 4]
     }
 
-    const fn exists(&self, offset: u32) -> bool {
+    pub(super) const fn exists(&self, offset: u32) -> bool {
         // PLLSAICFGR; CKGATENR and DCKCFGR2.
         match (self.model.part.family(), offset) {
             (Family::F42x | Family::F469, 0x88) | (Family::F446, 0x88 | 0x90 | 0x94) => return true,
@@ -304,6 +310,10 @@ impl Rcc {
                 self.resets = Some((offset - AHB1RSTR, value & !old));
                 *self.word_mut(offset) = value;
             }
+            AHB1ENR..=APB2LPENR => {
+                *self.word_mut(offset) = value;
+                self.has_sleepers = self.stops_in_sleep();
+            }
             _ => *self.word_mut(offset) = value,
         }
         Some(())
@@ -329,6 +339,21 @@ impl Rcc {
     pub fn is_clocked(&self, gate: Gate) -> bool {
         debug_assert!(AHB1ENR + gate.bus <= APB2ENR);
         self.word(AHB1ENR + gate.bus) >> gate.bit & 1 == 1
+    }
+
+    /// Returns the clock enables of a bus, as in [`Gate`].
+    pub fn enabled(&self, bus: u32) -> u32 {
+        self.word(AHB1ENR + bus)
+    }
+
+    /// Returns the low-power enables of a bus, as in [`Gate`].
+    pub fn low_power(&self, bus: u32) -> u32 {
+        self.word(AHB1LPENR + bus)
+    }
+
+    /// Returns whether a peripheral is held in reset.
+    pub fn is_held(&self, gate: Gate) -> bool {
+        self.word(AHB1RSTR + gate.bus) >> gate.bit & 1 == 1
     }
 
     /// Returns the frequencies of the present clock tree.

@@ -110,7 +110,7 @@ impl Peripherals {
     fn next_transfer(&self) -> Option<(usize, Transfer)> {
         (0..2).find_map(|controller| {
             let gate = Gate { bus: AHB1, bit: DMA_BITS[controller] };
-            if !self.rcc.is_clocked(gate) {
+            if !self.is_running(gate) {
                 return None;
             }
             let asks =

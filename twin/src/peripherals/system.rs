@@ -13,7 +13,7 @@ const CAN_STOP: [u32; 2] = [1 << 25, 1 << 26];
 #[derive(Clone, Debug)]
 pub struct Pwr {
     part: Part,
-    cr: u32,
+    pub(super) cr: u32,
     csr: u32,
 }
 
@@ -28,7 +28,7 @@ impl Pwr {
     }
 
     /// Bits of CR that the part has.
-    const fn cr_mask(&self) -> u32 {
+    pub(super) const fn cr_mask(&self) -> u32 {
         match self.part.family() {
             Family::F405 => 0x0000_43FF,
             Family::F42x | Family::F469 => 0x000F_EFFF,
@@ -100,7 +100,7 @@ impl Pwr {
 /// DBGMCU, RM0090 38.16: selects the peripherals that are frozen while a debugger halts the core.
 #[derive(Clone, Debug)]
 pub struct Dbgmcu {
-    words: [u32; 4],
+    pub(super) words: [u32; 4],
 }
 
 impl Dbgmcu {

@@ -58,6 +58,11 @@ pub(super) fn at(base: u32) -> Option<usize> {
     TIMERS.iter().position(|place| place.base == base)
 }
 
+/// First addresses of the timers, in the order of [`TIMERS`].
+pub(super) fn bases() -> impl Iterator<Item = u32> {
+    TIMERS.iter().map(|place| place.base)
+}
+
 /// All timers, in the order of [`TIMERS`].
 #[derive(Clone, Debug)]
 pub struct Timers {
@@ -89,6 +94,11 @@ impl Timers {
         })
     }
 
+    /// Returns whether the program has accessed a timer since the reset.
+    pub fn is_touched(&self, n: usize) -> bool {
+        self.touched >> n & 1 == 1
+    }
+
     /// A reset of the whole part.
     pub fn reset(&mut self) {
         self.all.iter_mut().for_each(Timer::reset);
@@ -101,6 +111,13 @@ impl Timers {
             if place.gate.bus == bus && bits >> place.gate.bit & 1 == 1 {
                 timer.reset();
             }
+        }
+    }
+
+    /// Stops the clocks of touched timers with such gates, or lets them run again.
+    pub fn clock(&mut self, cycle: u64, on: bool, concerns: impl Fn(Gate) -> bool) {
+        for n in self.touched().filter(|&n| concerns(TIMERS[n].gate)) {
+            self.all[n].clock(cycle, on);
         }
     }
 

@@ -50,7 +50,7 @@ impl Exceptions {
 }
 
 /// The lines of one register that are there.
-fn lines(word: u32) -> u32 {
+pub fn lines(word: u32) -> u32 {
     match u32::from(LINES).saturating_sub(32 * word) {
         count @ 0..32 => (1 << count) - 1,
         _ => u32::MAX,

@@ -107,6 +107,17 @@ impl SysTick {
         }
         self.plan();
     }
+
+    /// Inverts a bit of SYST_CSR, SYST_RVR or SYST_CVR.
+    pub fn flip(&mut self, offset: u32, bit: u32, cycle: u64) {
+        self.sync(cycle);
+        match offset {
+            0 => self.control ^= 1 << bit,
+            4 => self.reload ^= 1 << bit,
+            _ => self.count ^= 1 << bit,
+        }
+        self.plan();
+    }
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ mod geometry;
 mod options;
 #[cfg(test)]
 mod tests;
+mod upset;
 
 use std::ops::Range;
 

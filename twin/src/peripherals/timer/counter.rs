@@ -1,6 +1,7 @@
 //! The time base of a timer: prescaler, counter, auto-reload, upwards.
 //!
-//! RM0090 18.3.1 and 18.3.2. The count is computed from the cycle when it is read; nothing is stepped.
+//! RM0090 18.3.1 and 18.3.2. The count is computed from the cycle when it is read; nothing is stepped. A count beyond the reload
+//! value, by a store or a lower reload value, continues to the largest count and then to zero, which counts as an overflow.
 
 /// Prescaler and reload with their buffers, and the counter's anchor.
 #[derive(Clone, Debug)]
@@ -17,6 +18,8 @@ pub(super) struct Counter {
     /// The counter became `anchor_count` at this HCLK cycle.
     anchor_cycle: u64,
     anchor_count: u32,
+    /// The largest count, of 16 or 32 bits.
+    largest: u32,
 }
 
 impl Counter {
@@ -31,6 +34,7 @@ impl Counter {
             divider,
             anchor_cycle: 0,
             anchor_count: 0,
+            largest,
         }
     }
 
@@ -51,11 +55,25 @@ impl Counter {
     /// Returns the count at `cycle`. For a cycle before the anchor the present rate is assumed.
     pub(super) fn count(&self, cycle: u64) -> u32 {
         let period = self.period();
+        let anchor = u64::from(self.anchor_count);
         let back = match self.anchor_cycle.checked_sub(cycle) {
             Some(early) if self.running => early.div_ceil(self.count_cycles()) % period,
             _ => 0,
         };
-        ((u64::from(self.anchor_count) + period - back + self.counts(cycle)) % period) as u32
+        let counts = self.counts(cycle);
+        if self.exceeds(self.anchor_count) {
+            let to_zero = self.to_zero();
+            return match counts.checked_sub(to_zero) {
+                Some(counts) => (counts % period) as u32,
+                None => (anchor + counts - back) as u32,
+            };
+        }
+        ((anchor + period - back + counts) % period) as u32
+    }
+
+    /// Counts from the anchor to zero, for an anchor beyond the reload value.
+    fn to_zero(&self) -> u64 {
+        u64::from(self.largest) + 1 - u64::from(self.anchor_count)
     }
 
     /// Returns the count at `cycle` with its fraction.
@@ -72,9 +90,20 @@ impl Counter {
         if !self.running {
             return None;
         }
-        let value = if self.exceeds(value) { 0 } else { u64::from(value) };
         let counts = self.counts(cycle);
-        let count = (u64::from(self.anchor_count) + counts) % self.period();
+        let to_zero = if self.exceeds(self.anchor_count) { self.to_zero() } else { 0 };
+        if counts < to_zero {
+            let count = self.count(cycle);
+            let ahead = match value {
+                value if value > count => u64::from(value - count),
+                value if self.exceeds(value) => to_zero - counts,
+                value => to_zero - counts + u64::from(value),
+            };
+            return Some(self.anchor_cycle + (counts + ahead) * self.count_cycles());
+        }
+        let value = if self.exceeds(value) { 0 } else { u64::from(value) };
+        let from = if to_zero == 0 { u64::from(self.anchor_count) } else { 0 };
+        let count = (from + counts - to_zero) % self.period();
         let ahead = match (value + self.period() - count) % self.period() {
             0 => self.period(),
             ahead => ahead,

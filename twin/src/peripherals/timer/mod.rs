@@ -14,6 +14,7 @@ mod counter;
 mod output;
 #[cfg(test)]
 mod tests;
+mod upset;
 
 use crate::mmio::{Refusal, Width};
 use counter::Counter;

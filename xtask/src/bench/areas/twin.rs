@@ -73,7 +73,8 @@ fn emulated(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
 /// Returns the instructions of the host per instruction of this program of the example `programs`.
 fn core(name: &str) -> anyhow::Result<f64> {
     // As `cargo test` has it.
-    let program = callgrind::build(&["--package", "can-twin", "--features", "boards", "--example", "programs"], "dev")?;
+    let program =
+        callgrind::build(&["--package", "can-twin", "--features", "boards", "--example", "programs"], "dev")?;
     let run = |steps: u64| callgrind::count(&program, &[name, &steps.to_string()]);
     let [short, long] = [run(STEPS[0])?, run(STEPS[1])?];
     Ok(long.saturating_sub(short) as f64 / (STEPS[1] - STEPS[0]) as f64)
