@@ -115,3 +115,8 @@ pub mod runner;
 pub mod store;
 pub mod time;
 pub mod types;
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -12,6 +12,7 @@ mod flash;
 mod licences;
 mod mutants;
 mod pictures;
+mod release;
 mod selftest;
 mod test_all;
 mod tool;
@@ -50,6 +51,8 @@ enum Command {
     Licences(tool::Source),
     /// Change the protocol crate in many places, one by one, and count the changes that its tests find
     Mutants(mutants::Options),
+    /// Check the published packages as a new user has them; write release notes and bills of materials
+    Release(release::Options),
     /// Run all tests: those of `cargo test`, all other runs of images, all commands, and those with tools of others
     TestAll(test_all::Options),
     /// Lint firmware and boards for their target; warnings are errors
@@ -70,6 +73,7 @@ fn main() -> ExitCode {
         Command::Api(options) => api::run(&options),
         Command::Licences(options) => licences::run(&options),
         Command::Mutants(options) => mutants::run(&options),
+        Command::Release(options) => release::run(&options),
         Command::TestAll(options) => test_all::run(&options),
         Command::Clippy(options) => firmware::clippy(&options),
         Command::Chips => ecss_can_cli::images::check_chips().map_err(Into::into),

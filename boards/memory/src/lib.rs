@@ -61,3 +61,8 @@ pub use chip::Chip;
 pub use error::Error;
 pub use place::{place, place_for};
 pub use sources::{chip_of_board, chip_of_manifest};
+
+/// The examples of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -28,3 +28,8 @@ pub use objects::{MissionObjects, Outgoing, REQUEST, TELECOMMAND, Telecommand, T
 pub use payload::Message;
 pub use profiles::{COMMAND_PERIOD, LIBRECUBE, PROFILE, STANDARD, TELEMETRY_PERIOD, TWO_MASTERS};
 pub use record::{Declined, SlaveRecord};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -34,6 +34,11 @@ use std::fmt;
 
 use encoding_rs::WINDOWS_1252;
 
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 /// An EDS or DCF.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DataSheet {

@@ -74,6 +74,11 @@ use proc_macro::TokenStream;
 use proc_macro2::TokenStream as TokenStream2;
 use syn::{Data, DeriveInput, Error, Fields, FieldsNamed, parse_macro_input};
 
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 /// Makes a struct a dictionary, or a group of objects of a dictionary.
 #[proc_macro_derive(Objects, attributes(object, objects, skip))]
 pub fn objects(input: TokenStream) -> TokenStream {

@@ -63,6 +63,11 @@ pub use description::Description;
 pub use device::{BIT_RATES, Commissioning, Device, Timestamp};
 pub use program::{canopen_program, master_program, program, slave_program};
 
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 #[cfg(doc)]
 use ecss_can::od::Objects;
 use ecss_can::types::AbortCode;

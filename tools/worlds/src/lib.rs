@@ -116,3 +116,8 @@ pub use key::NodeKey;
 pub use member::{Events, Handle, Member, ResetLine, idle};
 pub use plain::{Plain, plain_master};
 pub use world::{NEXT_TO_MASTER_M, World};
+
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -2,7 +2,7 @@
 //!
 //! Defects that no operator of cargo-mutants makes are [patches].
 
-mod copy;
+pub mod copy;
 mod outcome;
 mod patch;
 mod patches;
