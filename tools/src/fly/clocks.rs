@@ -12,12 +12,10 @@ use super::meaning::{Meaning, NmtState};
 use super::observer::Observer;
 use super::phase::Phase;
 use super::record::{MASTER, Node, Occurrence, SECOND_MASTER, Seen, frames, is_master};
+use super::unjudged::{SETTLING, Unjudged};
 
 /// Period of the pulses of the shipped images.
 const PERIOD: Time = Time::from_ms(1000);
-
-/// Time after which a clock counts as settled.
-pub const SETTLING: Time = Time::from_ms(20_000);
 
 /// The clock of a slave against that of the master.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,38 +48,60 @@ impl Clock {
 /// Collects pulses during the flight.
 #[derive(Debug, Default)]
 pub struct ClockWatch {
-    /// Rising edges of each board, ns.
-    pulses: Vec<Vec<f64>>,
+    /// Rising edges of each board, ns; `None` for a board without a pin for them.
+    pulses: Vec<Option<Vec<f64>>>,
 }
 
 impl ClockWatch {
     /// Takes the new edges of all boards.
     pub fn look(&mut self, spacecraft: &mut Spacecraft) {
-        self.pulses.resize(spacecraft.boards().count(), Vec::new());
+        self.pulses.resize(spacecraft.boards().count(), None);
         for (board, pulses) in self.pulses.iter_mut().enumerate() {
             let board = spacecraft.board_mut(BoardId(board));
-            let pulse = board.config().model.pins.pulse;
-            let edges = board.take_edges().into_iter();
-            pulses.extend(edges.filter(|edge| Some(edge.pin) == pulse && edge.high).map(|edge| edge.ns()));
+            let (pulse, edges) = (board.config().model.pins.pulse, board.take_edges());
+            let Some(pulse) = pulse else { continue };
+            let edges = edges.into_iter().filter(|edge| edge.pin == pulse && edge.high);
+            pulses.get_or_insert_default().extend(edges.map(|edge| edge.ns()));
         }
     }
 
-    /// Returns the clocks of the slaves that were set; `nodes` are those of the boards.
-    pub fn clocks(&self, nodes: &[Node], observer: &Observer, records: &[Occurrence]) -> Vec<Clock> {
-        let pulses =
-            |node| nodes.iter().zip(&self.pulses).find(|(of, _)| **of == node).map(|(_, pulses)| pulses);
-        let Some(master) = pulses(MASTER) else { return Vec::new() };
-        let master = &followed(master, pulses(SECOND_MASTER).map_or(&[], Vec::as_slice));
+    /// Returns the clock of each slave, or the cause for which it cannot be compared; `nodes` are those of the boards.
+    pub fn clocks(
+        &self,
+        nodes: &[Node],
+        observer: &Observer,
+        records: &[Occurrence],
+    ) -> Vec<(Node, Result<Clock, Unjudged>)> {
         let slaves = nodes.iter().filter(|node| !is_master(**node));
-        slaves
-            .filter_map(|&node| {
-                let resets = [MASTER, SECOND_MASTER, node].map(|board| last_reset(board, records));
-                let begin = resets.into_iter().max()?;
-                let set = first_time(node, begin, observer, records)?;
-                let clock = Clock::between(node, set, master, pulses(node)?);
-                (!clock.errors.samples.is_empty()).then_some(clock)
-            })
-            .collect()
+        slaves.map(|&node| (node, self.clock(node, nodes, observer, records))).collect()
+    }
+
+    fn clock(
+        &self,
+        node: Node,
+        nodes: &[Node],
+        observer: &Observer,
+        records: &[Occurrence],
+    ) -> Result<Clock, Unjudged> {
+        let resets = [MASTER, SECOND_MASTER, node].map(|board| last_reset(board, records));
+        let set = first_time(node, resets.into_iter().fold(Time::ZERO, Time::max), observer, records)?;
+        let pulses = |board| {
+            let pulses =
+                nodes.iter().zip(&self.pulses).find(|(of, _)| **of == board).map(|(_, pulses)| pulses);
+            pulses.and_then(Option::as_deref)
+        };
+        let (Some(master), Some(slave)) = (pulses(MASTER), pulses(node)) else {
+            return Err(Unjudged::NoPin { board: if pulses(node).is_none() { node } else { MASTER } });
+        };
+        let master = followed(master, pulses(SECOND_MASTER).unwrap_or_default());
+        let clock = Clock::between(node, set, &master, slave);
+        let is_silent = |pulses: &[f64]| pulses.last().is_none_or(|last| last * 1e-9 < set.as_secs_f64());
+        match () {
+            () if !clock.errors.samples.is_empty() => Ok(clock),
+            () if is_silent(&master) => Err(Unjudged::NoPulse { board: MASTER, set }),
+            () if is_silent(slave) => Err(Unjudged::NoPulse { board: node, set }),
+            () => Err(Unjudged::NoPair { set }),
+        }
     }
 }
 
@@ -106,16 +126,30 @@ fn last_reset(board: Node, records: &[Occurrence]) -> Time {
     boot_ups.skip(1).last().map_or(Time::ZERO, |(at, _)| at)
 }
 
-/// Returns when an operational slave first received the spacecraft time, from `begin` on.
-fn first_time(node: Node, begin: Time, observer: &Observer, records: &[Occurrence]) -> Option<Time> {
-    let spans = &observer.nodes.get(&node)?.spans;
+/// Returns when an operational slave first received the spacecraft time, from `since` on.
+fn first_time(
+    node: Node,
+    since: Time,
+    observer: &Observer,
+    records: &[Occurrence],
+) -> Result<Time, Unjudged> {
     let is_operational = |at: Time| {
-        let span = spans.iter().rev().find(|span| span.from < at);
+        let mut spans = observer.nodes.get(&node).into_iter().flat_map(|track| track.spans.iter().rev());
+        let span = spans.find(|span| span.from < at);
         span.is_some_and(|span| span.phase == Phase::Nmt(NmtState::Operational))
     };
     let is_time = |seen: &Seen| matches!(seen.meaning, Some(Meaning::SpacecraftTime(_)));
-    let received = frames(records).filter(|(_, seen)| is_time(seen) && seen.reached.contains(node));
-    received.map(|(at, _)| at).find(|at| *at >= begin && is_operational(*at))
+    let mut cause = Unjudged::NotSent { since };
+    for (at, seen) in frames(records).filter(|(at, seen)| *at >= since && is_time(seen)) {
+        let is_received = seen.reached.contains(node);
+        cause = match cause {
+            _ if is_received && is_operational(at) => return Ok(at),
+            _ if is_received => Unjudged::NotOperational { since },
+            Unjudged::NotSent { .. } => Unjudged::NotReceived { since },
+            cause => cause,
+        };
+    }
+    Err(cause)
 }
 
 #[cfg(test)]
@@ -160,9 +194,47 @@ mod tests {
     fn a_time_that_a_slave_was_not_ready_for_sets_no_clock() {
         let flight = sample::flight();
         let first = |begin| first_time(2, begin, &flight.observer, &flight.records);
-        assert_eq!(first(Time::ZERO), Some(Time::from_ms(10_050)));
+        assert_eq!(first(Time::ZERO), Ok(Time::from_ms(10_050)));
         let second = first(Time::from_ms(12_000));
-        assert_eq!(second, Some(Time::from_ms(20_050 + 10_000)), "{:?}", flight.switch());
+        assert_eq!(second, Ok(Time::from_ms(20_050 + 10_000)), "{:?}", flight.switch());
+    }
+
+    /// Given slave 4, which is pre-operational from 22.3 s to 32.3 s and does not hear the redundant bus then, then each cause has its
+    /// own result.
+    #[test]
+    fn time_that_sets_no_clock_has_a_cause() {
+        let mut flight = sample::flight();
+        let first = |flight: &crate::fly::flight::Flight, since| {
+            first_time(4, Time::from_ms(since), &flight.observer, &flight.records)
+        };
+        let since = Time::from_ms(30_060);
+        assert_eq!(first(&flight, 30_060), Err(Unjudged::NotSent { since }));
+        let since = Time::from_ms(30_000);
+        assert_eq!(first(&flight, 30_000), Err(Unjudged::NotReceived { since }));
+        let since = Time::from_ms(22_500);
+        let time = sample::frame(25_000, crate::fly::record::Bus::Nominal, 1, 0x181, &[0; 7], &[4]);
+        sample::insert(&mut flight, time);
+        assert_eq!(first(&flight, 22_500), Err(Unjudged::NotOperational { since }));
+    }
+
+    /// Given slave 2, whose clock is set at 10.05 s, then its pulses or their absence decide the result.
+    #[test]
+    fn clock_without_pulses_has_a_cause() {
+        let flight = sample::flight();
+        let set = Time::from_ms(10_050);
+        let pulses = |second: f64| Some(vec![second * 1e9]);
+        for (master, slave, expected) in [
+            (pulses(11.0), pulses(11.1), None),
+            (None, pulses(11.0), Some(Unjudged::NoPin { board: MASTER })),
+            (pulses(11.0), None, Some(Unjudged::NoPin { board: 2 })),
+            (pulses(9.0), pulses(11.0), Some(Unjudged::NoPulse { board: MASTER, set })),
+            (pulses(11.0), pulses(9.0), Some(Unjudged::NoPulse { board: 2, set })),
+            (pulses(11.0), pulses(12.0), Some(Unjudged::NoPair { set })),
+        ] {
+            let watch = ClockWatch { pulses: vec![master, slave] };
+            let clocks = watch.clocks(&[MASTER, 2], &flight.observer, &flight.records);
+            assert_eq!(clocks[0].1.as_ref().err().copied(), expected);
+        }
     }
 
     /// Given a slave that boots a second time, then its clock counts from the first spacecraft time after that.

@@ -11,7 +11,9 @@ use can_twin::wire::frame::WireFrame;
 use can_twin::wire::pcapng::PcapngWriter;
 use can_twin::wire::time::Time;
 
+use super::curves;
 use super::flight::Flight;
+use super::pdos::Sheets;
 use super::record::Bus;
 use super::report;
 use super::summary::Summary;
@@ -37,7 +39,7 @@ pub fn remove(out: &Path) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// When a file cannot be written.
-pub fn write(out: &Path, flight: &Flight, summary: &Summary) -> anyhow::Result<()> {
+pub fn write(out: &Path, flight: &Flight, sheets: &Sheets, summary: &Summary) -> anyhow::Result<()> {
     let put = |name: &str, content: &[u8]| {
         let path = out.join(name);
         std::fs::write(&path, content).with_context(|| format!("cannot write {}", path.display()))
@@ -45,7 +47,7 @@ pub fn write(out: &Path, flight: &Flight, summary: &Summary) -> anyhow::Result<(
     let mut frames = FrameFiles::begin(out)?;
     flight.frames().try_for_each(|(at, seen)| frames.write(seen.bus, at, &seen.frame))?;
     frames.finish()?;
-    put("report.html", report::page(flight, summary).as_bytes())?;
+    put("report.html", report::page(flight, &curves::of(flight, sheets), summary).as_bytes())?;
     put("timeline.svg", report::timeline(flight).as_bytes())?;
     put("clocks.svg", report::clocks(flight).as_bytes())?;
     put("summary.json", (serde_json::to_string_pretty(summary)? + "\n").as_bytes())
@@ -118,7 +120,7 @@ mod tests {
     fn every_frame_stands_in_the_log_of_its_bus() {
         let here = tempfile::tempdir().unwrap();
         let flight = sample::flight();
-        write(here.path(), &flight, &sample::summary(&flight)).unwrap();
+        write(here.path(), &flight, &Sheets::default(), &sample::summary(&flight)).unwrap();
         let lines = |bus: &str| -> Vec<String> {
             let log = std::fs::read_to_string(here.path().join(format!("bus-{bus}.log"))).unwrap();
             assert!(log.lines().all(|line| line.contains(&format!(" {bus} "))));

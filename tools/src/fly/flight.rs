@@ -1,7 +1,10 @@
 //! Results of a flight: the input of summary and report.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
+use can_twin::bxcan::Attempt;
+use can_twin::wire::frame::WireId;
 use can_twin::wire::time::Time;
 
 use super::change::Takeover;
@@ -12,6 +15,7 @@ use super::observer::Observer;
 use super::plan::Plan;
 use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, Seen, frames, is_master};
 use super::stamps::StampErrors;
+use super::unjudged::Unjudged;
 use crate::images::support::counters::Counters;
 use crate::images::support::diagnostics::Diagnostics;
 
@@ -36,8 +40,10 @@ pub struct Flight {
     pub boards: Vec<BoardCount>,
     /// Errors of the stamps of SYNC.
     pub stamp_errors: StampErrors,
-    /// Errors of the slaves' clocks against the master's, by Node-ID; without clocks that were never set.
+    /// Errors of the slaves' clocks against the master's, by Node-ID.
     pub clocks: Vec<Clock>,
+    /// Slaves without an entry in `clocks`, with the cause.
+    pub uncompared: BTreeMap<Node, Unjudged>,
     /// Time that frames and error frames took on each bus, nominal first.
     pub busy: [Time; 2],
 }
@@ -73,7 +79,7 @@ pub struct BoardCount {
     /// Frames that its controllers admitted and its node did not handle.
     pub lost_frames: u64,
     /// Transmissions that were aborted in a mailbox.
-    pub aborted_frames: u64,
+    pub aborted: Vec<AbortedFrame>,
     /// Lock-ups of the CPU.
     pub lockups: u64,
     /// Panics of the firmware.
@@ -94,6 +100,19 @@ pub struct BoardCount {
     pub counters: Option<Counters>,
 }
 
+/// A frame that a board aborted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AbortedFrame {
+    /// Time of the abort.
+    pub at: Time,
+    /// Bus on which the frame waited.
+    pub bus: Bus,
+    /// COB-ID.
+    pub id: WireId,
+    /// Result of the latest attempt to send the frame; `None` if there was none.
+    pub last: Option<Attempt>,
+}
+
 impl BoardCount {
     /// Returns a counter of the application as text; a dash for an application without counters.
     pub fn counted(&self, which: impl Fn(&Counters) -> u32) -> String {
@@ -110,6 +129,13 @@ impl Flight {
     /// Returns all emergency messages, in order of completion.
     pub fn emergencies(&self) -> impl Iterator<Item = (Time, &Seen)> {
         self.frames().filter(|(_, seen)| matches!(seen.meaning, Some(Meaning::Emergency { .. })))
+    }
+
+    /// Returns the slaves whose clock is not judged, with the cause.
+    pub fn unjudged_clocks(&self) -> BTreeMap<Node, Unjudged> {
+        let unsettled = self.clocks.iter().filter(|clock| clock.settled().is_none());
+        let short = unsettled.map(|clock| (clock.node, Unjudged::TooShort { set: clock.set, end: self.end }));
+        self.uncompared.iter().map(|(node, cause)| (*node, *cause)).chain(short).collect()
     }
 
     /// The last error in the log of a node.

@@ -1,17 +1,18 @@
 //! The flight: the real images on the twin, observed from outside.
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
 use anyhow::Context;
 use can_twin::board::{BoardConfig, EmulatedBoard, State};
-use can_twin::bxcan::Side;
+use can_twin::bxcan::{Aborted, Side};
 use can_twin::spacecraft::{BoardId, LogRecord, Spacecraft, SpacecraftConfig};
 use can_twin::wire::record::Observation;
 use can_twin::wire::time::Time;
 
 use super::clocks::ClockWatch;
-use super::flight::{BoardCount, Flight, Interruption};
+use super::flight::{AbortedFrame, BoardCount, Flight, Interruption};
 use super::line::Line;
 use super::narrator::Narrator;
 use super::observer::Observer;
@@ -199,11 +200,20 @@ impl Mission {
             .boards
             .iter()
             .zip(self.spacecraft.boards())
-            .zip(self.bit_rates)
-            .map(|((plan, (_, board)), bit_rates)| Ok(BoardCount { bit_rates, ..count(plan.node, board)? }))
+            .zip(&self.bit_rates)
+            .map(|((plan, (id, board)), &bit_rates)| {
+                let aborted = self.aborted(plan, id);
+                Ok(BoardCount { bit_rates, aborted, ..count(plan.node, board)? })
+            })
             .collect::<anyhow::Result<Vec<_>>>()?;
         let nodes: Vec<Node> = self.plan.boards.iter().map(|board| board.node).collect();
-        let clocks = self.clocks.clocks(&nodes, &self.observer, &self.records);
+        let (mut clocks, mut uncompared) = (Vec::new(), BTreeMap::new());
+        for (node, clock) in self.clocks.clocks(&nodes, &self.observer, &self.records) {
+            match clock {
+                Ok(clock) => clocks.push(clock),
+                Err(cause) => drop(uncompared.insert(node, cause)),
+            }
+        }
         Ok(Flight {
             plan: self.plan,
             end,
@@ -215,8 +225,27 @@ impl Mission {
             boards,
             stamp_errors: self.stamps.errors(),
             clocks,
+            uncompared,
             busy: Bus::ALL.map(|bus| self.spacecraft.wire(bus).counters().busy),
         })
+    }
+
+    /// Returns the frames that a board aborted on both buses.
+    fn aborted(&self, plan: &BoardPlan, board: BoardId) -> Vec<AbortedFrame> {
+        let track = self.observer.nodes.get(&plan.node).filter(|_| plan.has_one_controller);
+        let sides = [Side::Can1, Side::Can2].into_iter();
+        let on_side = |side| {
+            let bus = self.spacecraft.place(board, side).map_or(Bus::Nominal, |(bus, _)| bus);
+            let aborted = self.spacecraft.board(board).can_stats(side).aborted.into_iter();
+            aborted.map(move |Aborted { at, frame, last }| AbortedFrame {
+                at,
+                // One controller was on either bus.
+                bus: track.map_or(bus, |track| track.bus_at(at)),
+                id: frame.id,
+                last,
+            })
+        };
+        sides.flat_map(on_side).collect()
     }
 
     fn frame(&self, bus: Bus, record: Observation) -> Option<Occurrence> {
@@ -251,14 +280,13 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
     let diagnostics =
         Diagnostics::read(board).with_context(|| format!("{}: cannot count", board.config().name))?;
     let counters = board.counters();
-    let controllers = [Side::Can1, Side::Can2].map(|side| board.can_stats(side));
     Ok(BoardCount {
         node,
         instructions: counters.instructions,
         cycles_awake: counters.cycles_awake,
         // Frames received by a board that then lost its power do not count as lost.
         lost_frames: if board.is_powered() { diagnostics.lost_frames(board) } else { 0 },
-        aborted_frames: controllers.iter().map(|stats| stats.aborted).sum(),
+        aborted: Vec::new(),
         lockups: counters.lockups,
         panics: counters.panics,
         resets: counters.system_resets + counters.watchdog_resets,

@@ -1,12 +1,16 @@
 //! `cargo demo`: one flight of the spacecraft, narrated, recorded and judged. [`live`]: `cargo twin`.
 
+mod aborted;
 pub mod change;
 mod checks;
 mod clocks;
+mod curves;
 pub mod drawing;
+mod emergencies;
 mod emergency;
 mod files;
 pub mod flight;
+mod follow;
 mod line;
 pub mod live;
 pub mod liveness;
@@ -21,6 +25,7 @@ mod pdos;
 pub mod phase;
 pub mod plan;
 pub mod record;
+mod repeats;
 pub mod report;
 pub mod sample;
 mod sheet;
@@ -30,6 +35,7 @@ mod summary;
 mod telemetry;
 pub mod track;
 mod unheard;
+mod unjudged;
 mod verdict;
 
 use std::ops::ControlFlow;
@@ -104,7 +110,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     sheets.differences(&flight).iter().for_each(output::warn);
     output::note("writing report, pictures and logs");
     let summary = Summary::of(&flight, origin, &sheets);
-    files::write(&options.out, &flight, &summary)?;
+    files::write(&options.out, &flight, &sheets, &summary)?;
     printed?;
     output::line(format_args!(
         "\n{}\nWritten to {}: {}",

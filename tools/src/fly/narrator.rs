@@ -11,6 +11,7 @@ use super::meaning::{Meaning, NmtState, Scope};
 use super::phase::Phase;
 use super::plan::Plan;
 use super::record::{Bus, FlightEvent, Level, MASTER, Node, Occurrence, SECOND_MASTER, Seen, is_master};
+use super::repeats::Repeats;
 use super::telemetry;
 
 /// Interval of the lines that sum up the traffic.
@@ -39,6 +40,8 @@ pub struct Narrator {
     master_bus: Option<Bus>,
     /// Boards whose claims were seen, and on which bus.
     claims: BTreeSet<(Node, Bus)>,
+    /// Emergency messages that are repeated.
+    emergencies: Repeats,
     /// The last fault of the demo, and its instant.
     fault: Option<(Since, Time)>,
 }
@@ -62,6 +65,7 @@ impl Narrator {
             summaries: 0,
             master_bus: None,
             claims: BTreeSet::new(),
+            emergencies: Repeats::default(),
             fault: None,
         }
     }
@@ -70,6 +74,15 @@ impl Narrator {
     pub fn narrate(&mut self, record: &Occurrence, changes: &[Change]) -> Vec<Line> {
         let mut lines = Vec::new();
         if record.at >= self.next_summary {
+            let repeats = self.emergencies.take().into_iter();
+            lines.extend(repeats.map(|(node, code, count)| {
+                let text = format!(
+                    "emergency {code:04X}h again: {count} times in the last {} s",
+                    SUMMARY_EVERY.as_secs_f64()
+                );
+                let line = line(self.next_summary, None, node, text, Tone::Warning);
+                Line { topic: Topic::Emergency, ..line }
+            }));
             lines.extend(self.sum_up());
         }
         match &record.what {
@@ -117,7 +130,10 @@ impl Narrator {
                 let whom = if node == 0 { "all nodes".into() } else { name(node) };
                 say(seen.board(MASTER), format!("NMT {command}: {whom}"), Tone::Plain);
             }
-            Some(Meaning::Emergency { node, code, .. }) => {
+            Some(Meaning::Emergency { node, code, register, details }) => {
+                if self.emergencies.is_repeat(seen.board(node), (code, register, details)) {
+                    return;
+                }
                 let text = format!("emergency {code:04X}h: {}", emergency::meaning(code));
                 say(seen.board(node), text, Tone::Warning);
             }
@@ -315,6 +331,23 @@ mod tests {
         assert_eq!(on(30, 0x703, &[5]), [""; 0]);
         let expected = [": in the last 5 s: 1 heartbeats, 3 PDOs, 1 frames of SDOs"];
         assert_eq!(on(5001, 0x080, &[]), expected);
+    }
+
+    /// Given an emergency three times, then its end, then the emergency again, then the repeats are one line of the interval.
+    #[test]
+    fn repeated_emergencies_are_one_line() {
+        let mut narrator = Narrator::new(&sample::plan());
+        let message = [0x30, 0x81, 0x11, 1, 0, 0, 0, 0];
+        let mut on =
+            |ms, data: &[u8]| texts(&mut narrator, &sample::frame(ms, Bus::Nominal, 2, 0x082, data, &[1]));
+        let first = ["node 2: emergency 8130h: heartbeat lost"];
+        assert_eq!(on(100, &message), first);
+        assert_eq!(on(200, &message), [""; 0]);
+        assert_eq!(on(300, &message), [""; 0]);
+        let again = "node 2: emergency 8130h again: 2 times in the last 5 s";
+        assert_eq!(on(5_001, &[0; 8]), [again, "node 2: emergency 0000h: error ended, or no error"]);
+        assert_eq!(on(5_100, &message), first);
+        assert_eq!(on(10_001, &message), [""; 0], "no repeats before 10 s");
     }
 
     #[test]

@@ -14,19 +14,20 @@
 //!   the next 701h.
 //! - A minimal slave (ECSS 9): operational from its first heartbeat on. It follows heartbeats of the master, and
 //!   ignores NMT.
-//! - An image of the user's: its access and its consumer time are unknown. Only its own heartbeats show its bus, and
-//!   that it is alive ([`super::liveness`]). At the end of a flight the latter holds for every slave.
+//! - An image of the user's: its access and its consumer time are unknown. Only its own heartbeats show its bus, its access
+//!   ([`super::follow`]), and that it is alive ([`super::liveness`]). At the end of a flight the latter holds for every slave.
 
 use std::collections::BTreeMap;
 
 use can_twin::wire::time::Time;
 
 use super::change::{Change, Since, Takeover};
+use super::follow::SETTLING;
 use super::meaning::{Meaning, NmtState, Scope};
 use super::phase::{Phase, Span};
 use super::plan::{BusAccess, Plan};
 use super::record::{Bus, FlightEvent, MASTER, Node, Occurrence, Seen, is_master};
-use super::track::{SETTLING, Track};
+use super::track::Track;
 
 /// Follows all nodes of a flight.
 #[derive(Clone, Debug)]
@@ -165,7 +166,10 @@ impl Observer {
                     self.on_master_board(at, seen, changes);
                 }
                 let node = seen.board(node);
-                self.nodes.entry(node).and_modify(|track| track.liveness.on_heartbeat(state, seen.bus, at));
+                self.nodes.entry(node).and_modify(|track| {
+                    track.liveness.on_heartbeat(state, seen.bus, at);
+                    track.follow.on_heartbeat(seen.bus, at);
+                });
                 if self.nodes.get(&node).is_some_and(|track| at >= track.settled) {
                     self.enter(node, at, Phase::Nmt(state), seen.bus, changes);
                 }
@@ -190,7 +194,12 @@ impl Observer {
     /// Handles a message that makes its bus active (ECSS 8.3.3g) for every slave whose controller received it.
     fn on_master(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
         let is_nmt = matches!(seen.meaning, Some(Meaning::Nmt { .. }));
+        let is_cut = self.cut.is_some_and(|(bus, _)| bus == seen.bus);
         for (&slave, track) in &mut self.nodes {
+            // A controller that is off does not receive: it has selective access. Behind a cut it shows nothing.
+            if seen.reached.contains(slave) || !is_cut {
+                track.follow.on_master(seen.bus, at, track.operational_on());
+            }
             let Some(access) = track.access.filter(|access| *access != BusAccess::Unknown) else { continue };
             if !seen.reached.contains(slave) || track.is_minimal && is_nmt {
                 continue;

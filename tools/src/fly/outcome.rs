@@ -2,12 +2,11 @@
 
 use can_twin::wire::time::Time;
 
-use super::clocks::SETTLING;
 use super::flight::{BoardCount, Flight, Heartbeats};
 use super::meaning::Scope;
 use super::narrator::{milliseconds, name};
 use super::plan::BoardPlan;
-use super::record::Bus;
+use super::record::{Bus, Node};
 use super::summary::{MissionCounts, Summary};
 use super::track::Track;
 
@@ -22,7 +21,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
     });
     let [nominal, redundant] = Bus::ALL.map(|bus| summary.bus_load_percent[bus.name()]);
     let (operational, slaves) = (summary.slaves_operational_at_end, flight.observer.slaves().count());
-    let (stamps, clocks) = (stamps(flight, summary), unjudged_clocks(flight));
+    let (stamps, clocks) = (stamps(flight, summary), unjudged_clocks(summary));
     let Summary { bus_changes, lost_frames, aborted_frames, resets, lockups, panics, .. } = summary;
     let Summary { virtual_seconds, wall_seconds, emulated_mips, .. } = summary;
     format!(
@@ -67,7 +66,7 @@ fn table(flight: &Flight) -> String {
             third,
             fourth,
             board.lost_frames.to_string(),
-            board.aborted_frames.to_string(),
+            board.aborted.len().to_string(),
         ]
     });
     aligned(&std::iter::once(head.map(String::from)).chain(rows).collect::<Vec<_>>(), 3)
@@ -127,25 +126,10 @@ fn stamps(flight: &Flight, summary: &Summary) -> String {
     }
 }
 
-/// Returns a line with the reason for each slave whose clock has no error in the summary.
-fn unjudged_clocks(flight: &Flight) -> String {
-    let mut text = String::new();
-    for (node, _) in flight.observer.slaves() {
-        let why = match flight.clocks.iter().find(|clock| clock.node == node) {
-            Some(clock) if clock.settled().is_some() => continue,
-            Some(clock) => format!(
-                "it was set at {:.1} s and the run ended at {:.1} s; it is judged from {} s after it was set",
-                clock.set.as_secs_f64(),
-                flight.end.as_secs_f64(),
-                SETTLING.as_secs_f64()
-            ),
-            None => "it received no spacecraft time (181h) as operational since the last reset, or made no pulse (PB1) \
-                     beside one of the master"
-                .to_owned(),
-        };
-        text += &format!("clock of {} is not judged: {why}\n", name(node));
-    }
-    text
+/// Returns a line with the cause for each slave whose clock has no error in the summary.
+fn unjudged_clocks(summary: &Summary) -> String {
+    let line = |(node, cause): (&Node, &String)| format!("clock of {} is not judged: {cause}\n", name(*node));
+    summary.clock_not_judged.iter().map(line).collect()
 }
 
 /// Formats columns of equal width, the first `left` aligned to the left, the others (numbers) to the right.

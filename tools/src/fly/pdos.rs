@@ -5,14 +5,14 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use can_twin::wire::frame::WireId;
-use can_twin::wire::time::Time;
-use ecss_can_eds::pdos;
+use ecss_can_eds::pdos::{self, Pdo};
 use serde::Serialize;
 
 use super::flight::Flight;
 use super::narrator::name;
 use super::plan::{BoardPlan, Plan};
-use super::sheet::{IDENTITY, Sheet, values};
+use super::record::{Seen, seconds};
+use super::sheet::{IDENTITY, Number, Sheet, values};
 use crate::images::support::board::Profile;
 use crate::images::support::fleet::NodeFile;
 use crate::images::support::misuse::Misuse;
@@ -28,8 +28,19 @@ const OF_MINIMAL_LIBRECUBE: &str = include_str!("../../../docs/eds/minimal-libre
 #[derive(Clone, Debug, Default)]
 pub struct Sheets {
     of: BTreeMap<Node, Sheet>,
+    /// Nodes with the data sheet of a shipped image, with its file in `docs/eds`.
+    shipped: BTreeMap<Node, &'static str>,
     /// Nodes with a data sheet of the user's, with its file.
     own: BTreeMap<Node, PathBuf>,
+}
+
+/// Name of a data sheet.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct SheetName {
+    /// File name, without its folder.
+    pub file: String,
+    /// Name of the device (`ProductName` in `[DeviceInfo]`); `null` if the file has none.
+    pub device: Option<String>,
 }
 
 /// First bytes of the answers to an SDO upload, with the number of bytes of the value. The last answer does not give that number.
@@ -79,12 +90,13 @@ impl Sheets {
             }
         }
         for board in &plan.boards {
-            if let Some(text) = shipped(plan, board)
+            if let Some((file, text)) = shipped(plan, board)
                 && !sheets.of.contains_key(&board.node)
             {
                 let sheet = Sheet::read(text.as_bytes(), node_id(board.node));
                 let sheet = sheet.map_err(|cause| Misuse::of("fly", format!("docs/eds: {cause}")))?;
                 sheets.of.insert(board.node, sheet);
+                sheets.shipped.insert(board.node, file);
             }
         }
         Ok(sheets)
@@ -132,25 +144,52 @@ impl Sheets {
         pdos::mismatches(&nodes).into_iter().chain(unsent.into_iter().filter(is_own)).collect()
     }
 
+    /// Returns the name of each board's data sheet.
+    pub fn names(&self) -> BTreeMap<Node, SheetName> {
+        let name = |(node, sheet): (&Node, &Sheet)| {
+            let name =
+                self.own.get(node).and_then(|path| path.file_name()).map(|name| name.to_string_lossy());
+            let file =
+                name.map_or_else(|| self.shipped.get(node).copied().unwrap_or_default().into(), Into::into);
+            (*node, SheetName { file, device: sheet.product.clone() })
+        };
+        self.of.iter().map(name).collect()
+    }
+
+    /// Returns whether the data sheet of a node has a receive PDO with a COB-ID; `None` without a data sheet.
+    pub fn receives(&self, node: Node, id: u16) -> Option<bool> {
+        Some(self.of.get(&node)?.received.iter().any(|pdo| pdo.id == id))
+    }
+
+    /// Returns the nodes with a data sheet of the user's.
+    pub fn own_nodes(&self) -> impl Iterator<Item = Node> {
+        self.own.keys().copied()
+    }
+
+    /// Returns the PDO of a frame and its values by name; `None` if the data sheet of its sender has no such PDO.
+    pub fn decode<'a>(&'a self, seen: &Seen) -> Option<(&'a Pdo, Vec<(&'a str, Number)>)> {
+        let WireId::Standard(id) = seen.frame.id else { return None };
+        let pdo = self.of.get(&seen.from)?.pdos.iter().find(|pdo| pdo.id == id)?;
+        Some((pdo, values(pdo, seen.frame.payload())?))
+    }
+
     /// Returns the last values of all PDOs that were sent, by board and number.
     pub fn values(&self, flight: &Flight) -> Vec<PdoValues> {
         let mut found: BTreeMap<(Node, u16), PdoValues> = BTreeMap::new();
         for (at, seen) in flight.frames() {
-            let WireId::Standard(id) = seen.frame.id else { continue };
-            let pdos = self.of.get(&seen.from).into_iter().flat_map(|sheet| &sheet.pdos);
-            let Some(pdo) = pdos.into_iter().find(|pdo| pdo.id == id) else { continue };
-            let Some(values) = values(pdo, seen.frame.payload()) else { continue };
+            let Some((pdo, values)) = self.decode(seen) else { continue };
             let entry = found.entry((seen.from, pdo.number)).or_insert_with(|| PdoValues {
                 node: seen.from,
                 pdo: pdo.number,
-                cob_id: format!("{id:03X}h"),
+                cob_id: format!("{:03X}h", pdo.id),
                 frames: 0,
                 last_at_seconds: 0.0,
                 values: Vec::new(),
             });
             entry.frames += 1;
             entry.last_at_seconds = seconds(at);
-            entry.values = values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+            entry.values =
+                values.into_iter().map(|(name, value)| (name.to_owned(), value.to_string())).collect();
         }
         found.into_values().collect()
     }
@@ -218,18 +257,16 @@ fn node_id(node: Node) -> Node {
     if is_master(node) { MASTER } else { node }
 }
 
-fn seconds(at: Time) -> f64 {
-    (at.as_secs_f64() * 1e6).round() / 1e6
-}
-
-/// The data sheet of a shipped image; `None` for an image of the user's.
-fn shipped(plan: &Plan, board: &BoardPlan) -> Option<&'static str> {
+/// File name and text of the data sheet of a shipped image; `None` for an image of the user's.
+fn shipped(plan: &Plan, board: &BoardPlan) -> Option<(&'static str, &'static str)> {
     match (&board.own_image, board.is_minimal) {
         (Some(_), _) => None,
-        (None, _) if is_master(board.node) => Some(OF_MASTER),
-        (None, true) if plan.profile == Profile::Librecube => Some(OF_MINIMAL_LIBRECUBE),
-        (None, true) => Some(OF_MINIMAL),
-        (None, false) => Some(OF_SLAVE),
+        (None, _) if is_master(board.node) => Some(("master.eds", OF_MASTER)),
+        (None, true) if plan.profile == Profile::Librecube => {
+            Some(("minimal-librecube.eds", OF_MINIMAL_LIBRECUBE))
+        }
+        (None, true) => Some(("minimal.eds", OF_MINIMAL)),
+        (None, false) => Some(("slave.eds", OF_SLAVE)),
     }
 }
 

@@ -69,6 +69,11 @@ pub fn frames(records: &[Occurrence]) -> impl Iterator<Item = (Time, &Seen)> {
     })
 }
 
+/// Returns an instant in virtual seconds, rounded to microseconds.
+pub fn seconds(at: Time) -> f64 {
+    (at.as_secs_f64() * 1e6).round() / 1e6
+}
+
 /// A cut of a bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutPlan {

@@ -6,11 +6,12 @@ pub mod standby;
 
 use std::time::Duration;
 
-use can_twin::wire::frame::WireFrame;
+use can_twin::bxcan::Attempt;
+use can_twin::wire::frame::{WireFrame, WireId};
 use can_twin::wire::time::Time;
 
 use super::clocks::Clock;
-use super::flight::{BoardCount, Flight};
+use super::flight::{AbortedFrame, BoardCount, Flight};
 use super::line::Line;
 use super::meaning::{Meaning, NmtState, Scope};
 use super::narrator::Narrator;
@@ -20,6 +21,7 @@ use super::phase::Phase;
 use super::plan::{BoardPlan, Plan};
 use super::record::{Bus, CutPlan, FlightEvent, Level, Node, Nodes, Occurrence, Seen};
 use super::stamps::StampErrors;
+use super::unjudged::Unjudged;
 use crate::images::support::board::{Board, Profile};
 use crate::images::support::counters::Counters;
 use crate::images::support::diagnostics::{Diagnostics, Stamps};
@@ -199,8 +201,20 @@ pub fn flight() -> Flight {
         counters: Some(Counters { commands, replies, ..Counters::default() }),
         ..BoardCount::default()
     };
+    let aborted = [
+        (20_100, 0x701, Some(Attempt::Failed)),
+        (20_350, 0x701, Some(Attempt::Failed)),
+        (20_400, 0x302, None),
+    ];
+    let aborted = aborted.map(|(ms, id, last)| AbortedFrame {
+        at: Time::from_ms(ms),
+        bus: Bus::Nominal,
+        id: WireId::Standard(id),
+        last,
+    });
+    let aborted = aborted.to_vec();
     let boards = vec![
-        BoardCount { aborted_frames: 3, ..count(1, 780, answers.count() as u32) },
+        BoardCount { aborted, ..count(1, 780, answers.count() as u32) },
         count(2, 195 + 194, 0),
         count(4, 195 + 76, 0),
     ];
@@ -222,6 +236,7 @@ pub fn flight() -> Flight {
         boards,
         stamp_errors,
         clocks,
+        uncompared: [(4, Unjudged::NotReceived { since: Time::ZERO })].into(),
         busy: [Time::from_ms(900), Time::from_ms(600)],
     }
 }

@@ -11,6 +11,7 @@ mod odd;
 #[cfg(test)]
 mod tests;
 
+use std::fmt;
 use std::ops::RangeInclusive;
 
 use ecss_can_eds::pdos::{FIRST_OBJECT, Field, Node, Pdo};
@@ -38,6 +39,8 @@ pub const IDENTITY: [(u16, u8); 4] = [(0x1000, 0), (0x1018, 1), (0x1018, 2), (0x
 /// PDOs of a device by its data sheet.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Sheet {
+    /// Name of the device (`ProductName`).
+    pub product: Option<String>,
     /// Transmit PDOs whose values have names, by their numbers.
     pub pdos: Vec<Pdo>,
     /// COB-IDs of the other transmit PDOs.
@@ -57,7 +60,8 @@ impl Sheet {
     /// When the file is no data sheet.
     pub fn read(bytes: &[u8], node: u8) -> Result<Sheet, Unreadable> {
         let file = DataSheet::read(bytes)?;
-        let mut sheet = Sheet { notes: file.doubles().to_vec(), ..Sheet::default() };
+        let product = file.entry("DeviceInfo", "ProductName").map(|entry| entry.text().to_owned());
+        let mut sheet = Sheet { product, notes: file.doubles().to_vec(), ..Sheet::default() };
         match file.node() {
             Ok(Some(other)) if other != node => {
                 sheet.notes.push(format!("the file is that of node {other}; it is taken for node {node}"));
@@ -83,8 +87,25 @@ impl Sheet {
     }
 }
 
+/// Value of an object in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Number {
+    /// BOOLEAN.
+    Flag(bool),
+    /// Integer with sign.
+    Signed(i64),
+    /// Integer without sign.
+    Unsigned(u64),
+    /// REAL32.
+    Short(f32),
+    /// REAL64.
+    Long(f64),
+    /// Another type, or an unknown one: its bits, and their number.
+    Bits(u64, u32),
+}
+
 /// Returns the values in a frame of a PDO, by name. `None` if the frame has another length.
-pub fn values<'a>(pdo: &'a Pdo, data: &[u8]) -> Option<Vec<(&'a str, String)>> {
+pub fn values<'a>(pdo: &'a Pdo, data: &[u8]) -> Option<Vec<(&'a str, Number)>> {
     if pdo.bytes() as usize != data.len() {
         return None;
     }
@@ -92,21 +113,48 @@ pub fn values<'a>(pdo: &'a Pdo, data: &[u8]) -> Option<Vec<(&'a str, String)>> {
     let value = |field: &'a Field| {
         let raw = rest & (u64::MAX >> (64 - field.bits));
         rest = rest.checked_shr(field.bits).unwrap_or(0);
-        (field.name.as_str(), text(field, raw))
+        (field.name.as_str(), Number::of(field, raw))
     };
     Some(pdo.fields.iter().map(value).collect())
 }
 
-/// Returns a value of an object as text for people.
-fn text(field: &Field, raw: u64) -> String {
-    let unused = 64 - field.bits;
-    match field.data_type {
-        0x01 => (raw != 0).to_string(),
-        0x02..=0x04 | 0x10 | 0x12..=0x15 => ((raw << unused) as i64 >> unused).to_string(),
-        0x08 if field.bits == 32 => f32::from_bits(raw as u32).to_string(),
-        0x11 if field.bits == 64 => f64::from_bits(raw).to_string(),
-        0x05..=0x07 | 0x16 | 0x18..=0x1B => raw.to_string(),
-        _ => format!("{raw:0width$X}h", width = field.bits.div_ceil(4) as usize),
+impl Number {
+    fn of(field: &Field, raw: u64) -> Number {
+        let unused = 64 - field.bits;
+        match field.data_type {
+            0x01 => Number::Flag(raw != 0),
+            0x02..=0x04 | 0x10 | 0x12..=0x15 => Number::Signed((raw << unused) as i64 >> unused),
+            0x08 if field.bits == 32 => Number::Short(f32::from_bits(raw as u32)),
+            0x11 if field.bits == 64 => Number::Long(f64::from_bits(raw)),
+            0x05..=0x07 | 0x16 | 0x18..=0x1B => Number::Unsigned(raw),
+            _ => Number::Bits(raw, field.bits),
+        }
+    }
+
+    /// Returns the value on a vertical axis; `None` for one without an order, and for a REAL that is not finite.
+    pub fn height(self) -> Option<f64> {
+        let height = match self {
+            Number::Flag(flag) => f64::from(u8::from(flag)),
+            Number::Signed(value) => value as f64,
+            Number::Unsigned(value) => value as f64,
+            Number::Short(value) => value.into(),
+            Number::Long(value) => value,
+            Number::Bits(..) => return None,
+        };
+        height.is_finite().then_some(height)
+    }
+}
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Number::Flag(flag) => flag.fmt(f),
+            Number::Signed(value) => value.fmt(f),
+            Number::Unsigned(value) => value.fmt(f),
+            Number::Short(value) => value.fmt(f),
+            Number::Long(value) => value.fmt(f),
+            Number::Bits(raw, bits) => write!(f, "{raw:0width$X}h", width = bits.div_ceil(4) as usize),
+        }
     }
 }
 

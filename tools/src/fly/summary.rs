@@ -5,14 +5,17 @@ use std::collections::BTreeMap;
 use can_twin::wire::time::Time;
 use serde::Serialize;
 
+use super::aborted::{self, AbortedFrames};
 use super::checks::{Check, checks};
+use super::emergencies::{self, EqualEmergencies};
 use super::flight::Flight;
 use super::meaning::{Meaning, Scope};
 use super::origin::Origin;
-use super::pdos::{PdoValues, Sheets};
-use super::plan::BoardPlan;
+use super::pdos::{PdoValues, SheetName, Sheets};
+use super::plan::{BoardPlan, BusAccess};
 use super::record::{Bus, Node, is_master};
 use super::track::Track;
+use super::unjudged::Unjudged;
 use super::verdict::Verdict;
 use can_twin::pulses::Errors;
 
@@ -69,12 +72,18 @@ pub struct Summary {
     pub clock_rms_error_ns: BTreeMap<Node, Option<f64>>,
     /// Likewise, the largest error.
     pub clock_worst_error_ns: BTreeMap<Node, Option<f64>>,
+    /// Slaves whose clock is not judged, with the cause.
+    pub clock_not_judged: BTreeMap<Node, String>,
     /// Frames that completed, per bus.
     pub frames: BTreeMap<&'static str, u64>,
     /// Load of each bus over the whole flight, percent.
     pub bus_load_percent: BTreeMap<&'static str, f64>,
     /// Number of emergency messages that completed.
     pub emergencies: u64,
+    /// The emergency messages, equal ones of a node as one entry, in the order of their first appearance.
+    pub equal_emergencies: Vec<EqualEmergencies>,
+    /// Data sheet of each board that has one, by node.
+    pub data_sheets: BTreeMap<Node, SheetName>,
     /// Last values of each PDO of the boards with a data sheet: the shipped images, and those with `--eds`.
     pub pdo_values: Vec<PdoValues>,
     /// Receive PDOs that do not match their transmit PDOs, by the data sheets.
@@ -85,6 +94,9 @@ pub struct Summary {
     pub heartbeats: BTreeMap<Node, u64>,
     /// Longest time without a heartbeat of a node, up to the end of the flight while it has power; `null` without any.
     pub heartbeat_longest_gap_ms: BTreeMap<Node, Option<f64>>,
+    /// Access of each slave to the buses: `parallel` or `selective`. For an image of the user's it is found by its first heartbeat
+    /// after a change of bus of the master; `null` without that.
+    pub access: BTreeMap<Node, Option<&'static str>>,
     /// Commands and telemetry; only of flights with shipped images alone.
     #[serde(flatten)]
     pub mission: Option<MissionCounts>,
@@ -100,6 +112,8 @@ pub struct Summary {
     pub lost_frames: u64,
     /// Transmissions aborted by all boards, for example on leaving a bus.
     pub aborted_frames: u64,
+    /// These transmissions by board, bus and COB-ID.
+    pub aborted: Vec<AbortedFrames>,
     /// Events that an application was too slow to take, all boards.
     pub app_overflows: u64,
     /// Resets by the firmware or the watchdog, commanded ones included, all boards.
@@ -160,11 +174,14 @@ impl Summary {
                 .then(|| rounded(flight.stamp_errors.worst_ns, 1)),
             clock_rms_error_ns: clock_errors(flight, Errors::rms_ns),
             clock_worst_error_ns: clock_errors(flight, Errors::worst_ns),
+            clock_not_judged: clock_not_judged(flight, sheets),
             frames: Bus::ALL
                 .map(|bus| (bus.name(), flight.frames().filter(|(_, seen)| seen.bus == bus).count() as u64))
                 .into(),
             bus_load_percent: Bus::ALL.map(|bus| (bus.name(), rounded(flight.load(bus) * 100.0, 2))).into(),
             emergencies: flight.emergencies().count() as u64,
+            equal_emergencies: emergencies::folded(flight),
+            data_sheets: sheets.names(),
             pdo_values: sheets.values(flight),
             pdo_mismatches: sheets.mismatches(&flight.plan),
             bus_changes: flight.bus_changes(),
@@ -172,12 +189,14 @@ impl Summary {
             heartbeat_longest_gap_ms: heartbeats()
                 .map(|(node, heartbeats)| (node, heartbeats.longest_gap.map(milliseconds)))
                 .collect(),
+            access: flight.observer.slaves().map(|(node, track)| (node, access(track))).collect(),
             mission: (flight.plan.scope() == Scope::Mission).then(|| MissionCounts::of(flight)),
             failover_ms: per_slave(flight, |track| track.failover),
             takeover_failover_ms: per_slave(flight, |track| track.takeover),
             slaves_operational_at_end: operational.count(),
             lost_frames: flight.boards.iter().map(|board| board.lost_frames).sum(),
-            aborted_frames: flight.boards.iter().map(|board| board.aborted_frames).sum(),
+            aborted_frames: flight.boards.iter().map(|board| board.aborted.len() as u64).sum(),
+            aborted: aborted::by_cob_id(flight),
             app_overflows: flight.boards.iter().map(|board| u64::from(board.diagnostics.app_overflows)).sum(),
             resets: flight.boards.iter().map(|board| board.resets).sum(),
             lockups: flight.boards.iter().map(|board| board.lockups).sum(),
@@ -210,6 +229,24 @@ fn clock_errors(flight: &Flight, figure: fn(&Errors) -> f64) -> BTreeMap<Node, O
     let of = |node| flight.clocks.iter().find(|clock| clock.node == node)?.settled();
     let slaves = flight.observer.slaves();
     slaves.map(|(node, _)| (node, of(node).map(|settled| rounded(figure(&settled), 1)))).collect()
+}
+
+/// COB-ID of the spacecraft time.
+const SPACECRAFT_TIME: u16 = 0x181;
+
+/// Returns the causes for which clocks are not judged, also by the data sheets.
+fn clock_not_judged(flight: &Flight, sheets: &Sheets) -> BTreeMap<Node, String> {
+    let text = |(node, cause): (Node, Unjudged)| {
+        let lacks = cause.may_lack_object() && sheets.receives(node, SPACECRAFT_TIME) == Some(false);
+        let object = if lacks { "; its data sheet has no receive PDO with COB-ID 181h" } else { "" };
+        (node, format!("{cause}{object}"))
+    };
+    flight.unjudged_clocks().into_iter().map(text).collect()
+}
+
+fn access(track: &Track) -> Option<&'static str> {
+    let access = if track.has_one_controller { Some(BusAccess::Selective) } else { track.seen_access() };
+    access.map(BusAccess::name)
 }
 
 fn per_slave(flight: &Flight, time: fn(&Track) -> Option<Time>) -> BTreeMap<Node, Option<f64>> {
@@ -325,6 +362,39 @@ mod tests {
         assert!(json.get("failover_ms").is_some());
     }
 
+    /// Given a slave whose pulses do not follow the time that it received, and a data sheet without a PDO for it, then the cause names
+    /// the object too.
+    #[test]
+    fn cause_of_an_unjudged_clock_names_a_missing_object() {
+        let mut flight = sample::flight();
+        let set = Time::from_ms(10_050);
+        flight.uncompared =
+            [(2, Unjudged::NoPulse { board: 2, set }), (4, Unjudged::NotSent { since: set })].into();
+        flight.clocks.clear();
+        let here = tempfile::tempdir().unwrap();
+        let file = here.path().join("own.eds");
+        std::fs::write(&file, "[DeviceInfo]\n").unwrap();
+        let own = [2, 4].map(|node| crate::images::support::fleet::NodeFile { node, file: file.clone() });
+        let causes = clock_not_judged(&flight, &Sheets::of(&flight.plan, &own).unwrap());
+        let expected = "node 2 raised its pulse pin at no second of the spacecraft time after 10.1 s, when the clock was set; its data \
+                        sheet has no receive PDO with COB-ID 181h";
+        assert_eq!(causes[&2], expected);
+        assert_eq!(causes[&4], "no master sent the spacecraft time (181h) after the reset at 10.1 s");
+    }
+
+    /// Given an own image that follows the master at once, then its access is known, also with one controller.
+    #[test]
+    fn access_of_each_slave_is_there() {
+        let mut flight = sample::flight();
+        let access = |flight: &Flight| sample::summary(flight).access;
+        assert_eq!(access(&flight), BTreeMap::from([(2, Some("parallel")), (4, Some("selective"))]));
+        let track = flight.observer.nodes.get_mut(&2).unwrap();
+        (track.access, track.follow) = (Some(BusAccess::Unknown), Default::default());
+        assert_eq!(access(&flight)[&2], None);
+        flight.observer.nodes.get_mut(&2).unwrap().has_one_controller = true;
+        assert_eq!(access(&flight)[&2], Some("selective"));
+    }
+
     #[test]
     fn the_names_that_others_read_are_there() {
         let json = serde_json::to_value(sample::summary(&sample::flight())).unwrap();
@@ -354,6 +424,11 @@ mod tests {
             "stamp_worst_error_ns",
             "clock_rms_error_ns",
             "clock_worst_error_ns",
+            "clock_not_judged",
+            "equal_emergencies",
+            "data_sheets",
+            "access",
+            "aborted",
             "seed",
             "profile",
         ] {

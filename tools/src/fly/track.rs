@@ -3,14 +3,12 @@
 use can_twin::wire::time::Time;
 
 use super::change::Change;
+use super::follow::{Follow, SETTLING};
 use super::liveness::Liveness;
 use super::meaning::{NmtCommand, NmtState};
 use super::phase::{Phase, Span};
 use super::plan::BusAccess;
 use super::record::{Bus, Node};
-
-/// Longest time that a heartbeat may have waited for the bus: longer than all frames that may be sent before it.
-pub(super) const SETTLING: Time = Time::from_ms(5);
 
 /// A node under observation.
 #[derive(Clone, Debug)]
@@ -33,6 +31,7 @@ pub struct Track {
     /// Time from the loss of the active master until it worked for the other one.
     pub takeover: Option<Time>,
     pub(super) liveness: Liveness,
+    pub(super) follow: Follow,
     pub(super) master_heard: Option<Time>,
     pub(super) settled: Time,
 }
@@ -51,14 +50,29 @@ impl Track {
             failover: None,
             takeover: None,
             liveness: Liveness::default(),
+            follow: Follow::default(),
             master_heard: None,
             settled: Time::ZERO,
         }
     }
 
-    /// Returns the bus access of the node as text; empty for a master. A node with one controller has selective access.
+    /// Returns the access of a slave: as planned for a shipped image, as observed for an image of the user's.
+    pub fn seen_access(&self) -> Option<BusAccess> {
+        match self.access {
+            Some(BusAccess::Unknown) => self.follow.found(),
+            planned => planned,
+        }
+    }
+
+    /// Returns the bus on which the node worked at an instant.
+    pub fn bus_at(&self, at: Time) -> Bus {
+        self.spans.iter().rev().find(|span| span.from <= at).unwrap_or(&self.spans[0]).bus
+    }
+
+    /// Returns the bus access of the node as text; empty for a master, and while it is unknown. A node with one controller has
+    /// selective access.
     pub fn kind(&self) -> String {
-        let access = self.access.map_or("", BusAccess::name);
+        let access = self.seen_access().map_or("", BusAccess::name);
         let access = if self.has_one_controller { "1 controller" } else { access };
         if self.is_minimal { format!("{access}, minimal") } else { access.to_owned() }
     }

@@ -110,7 +110,7 @@ impl Registers {
     pub fn reset(&mut self) {
         let fresh = Registers::new(self.side, self.pclk);
         self.stats.discarded += self.fifos.iter().map(|fifo| fifo.messages.len() as u64).sum::<u64>();
-        self.stats.aborted += self.mailboxes.aborted;
+        self.stats.aborted.append(&mut self.mailboxes.aborted);
         let stats = std::mem::take(&mut self.stats);
         *self = Registers { stats, heard: self.heard, resets: self.resets + 1, ..fresh };
     }
@@ -118,7 +118,7 @@ impl Registers {
     /// Statistics so far.
     pub fn stats(&self) -> Stats {
         let mut stats = self.stats.clone();
-        stats.aborted += self.mailboxes.aborted;
+        stats.aborted.extend(&self.mailboxes.aborted);
         stats
     }
 

@@ -15,9 +15,23 @@ const MAILBOXES: usize = 3;
 /// Result of one attempt to transmit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attempt {
+    /// The frame completed.
     Succeeded,
+    /// Another frame had a higher priority.
     ArbitrationLost,
+    /// An error ended the frame, for example a missing acknowledgement.
     Failed,
+}
+
+/// A transmit request that ended by an abort.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Aborted {
+    /// Instant of the abort: of the request for it, or of the end of the attempt during which it was requested.
+    pub at: Time,
+    /// Frame that was not sent.
+    pub frame: WireFrame,
+    /// Result of the latest attempt to send the frame; `None` if there was none.
+    pub last: Option<Attempt>,
 }
 
 /// A requested transmission.
@@ -50,6 +64,15 @@ impl Mailbox {
     fn empties(&mut self, status: u32) {
         self.request = None;
         self.status = status;
+    }
+
+    /// Returns the result of the latest attempt that did not succeed, by the status bits.
+    fn last_attempt(&self) -> Option<Attempt> {
+        match self.status & (TSR_ALST | TSR_TERR) {
+            0 => None,
+            TSR_ALST => Some(Attempt::ArbitrationLost),
+            _ => Some(Attempt::Failed),
+        }
     }
 
     /// Returns a key in the order of arbitration: base identifier, RTR or SRR, IDE, identifier extension, RTR.
@@ -86,8 +109,8 @@ impl Mailbox {
 pub struct Mailboxes {
     pub(super) boxes: [Mailbox; MAILBOXES],
     pub(super) requests: u64,
-    /// Requests that ended by an abort.
-    pub aborted: u64,
+    /// Requests that ended by an abort, in chronological order.
+    pub aborted: Vec<Aborted>,
 }
 
 impl Mailboxes {
@@ -197,7 +220,9 @@ impl Mailboxes {
         };
         if attempt == Attempt::Succeeded || single_shot || abort {
             mailbox.empties(status | TSR_RQCP);
-            self.aborted += u64::from(abort && attempt != Attempt::Succeeded);
+            if abort && attempt != Attempt::Succeeded {
+                self.aborted.push(Aborted { at, frame: mailbox.frame(), last: Some(attempt) });
+            }
         } else {
             mailbox.status = status;
         }
@@ -207,12 +232,11 @@ impl Mailboxes {
     /// Empties mailboxes whose abort was requested by `now`, which the wire has reached, and that are not transmitting.
     pub fn settle(&mut self, now: Time) {
         for mailbox in &mut self.boxes {
-            if let Some(request) = mailbox.request
-                && !request.on_wire
-                && request.abort.is_some_and(|abort| abort <= now)
+            if let Some(Request { on_wire: false, abort: Some(at), .. }) = mailbox.request
+                && at <= now
             {
+                self.aborted.push(Aborted { at, frame: mailbox.frame(), last: mailbox.last_attempt() });
                 mailbox.empties(mailbox.status | TSR_RQCP);
-                self.aborted += 1;
             }
         }
     }

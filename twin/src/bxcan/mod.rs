@@ -49,6 +49,7 @@ use controller::Mode;
 pub(crate) use controller::Registers;
 use filter::FilterBlock;
 pub use line::BusTap;
+pub use mailbox::{Aborted, Attempt};
 use regs::{BTR, CONTROLLER_SIZE, FMR, IER, MCR, MCR_DBF};
 
 /// One of the two controllers.
@@ -157,8 +158,8 @@ pub struct Stats {
     pub rejected: u64,
     /// Stored messages that a reset discarded.
     pub discarded: u64,
-    /// Transmit requests that ended by an abort.
-    pub aborted: u64,
+    /// Transmit requests that ended by an abort, in chronological order.
+    pub aborted: Vec<Aborted>,
     /// Writes that the hardware ignores: BTR outside initialisation, a mailbox that is not empty, an active filter
     /// bank, a receive mailbox.
     pub ignored_writes: u64,

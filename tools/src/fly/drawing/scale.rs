@@ -17,6 +17,12 @@ impl Range {
         Range::Linear(from, to, round_up((to - from) / marks, &[1.0, 2.0, 5.0]))
     }
 
+    /// Makes a range whose ends are marks too: about `marks` intervals that contain `from` and `to`, which differ.
+    pub fn around(from: f64, to: f64, marks: f64) -> Range {
+        let step = round_up((to - from) / marks, &[1.0, 2.0, 5.0]);
+        Range::Linear((from / step).floor() * step, (to / step).ceil() * step, step)
+    }
+
     /// Returns the values with a mark.
     pub fn marks(self) -> Vec<f64> {
         match self {
@@ -101,6 +107,15 @@ mod tests {
         let limits = [1.0, 1.1, 48.0, 60.0, 81.0, 999.0];
         let factors = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0];
         assert_eq!(limits.map(|value| round_up(value, &factors)), [1.0, 2.0, 60.0, 60.0, 100.0, 1000.0]);
+    }
+
+    #[test]
+    fn range_around_values_ends_at_marks() {
+        for (from, to, expected) in
+            [(-1.0, 3.0, &[-1.0, 0.0, 1.0, 2.0, 3.0][..]), (21.3, 22.9, &[21.0, 21.5, 22.0, 22.5, 23.0])]
+        {
+            assert_eq!(Range::around(from, to, 4.0).marks(), expected, "{from} to {to}");
+        }
     }
 
     #[test]

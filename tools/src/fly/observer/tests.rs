@@ -1,6 +1,7 @@
 use can_twin::wire::frame::WireFrame;
 
 use super::*;
+use crate::fly::flight::Flight;
 use crate::fly::record::{CutPlan, Nodes, SECOND_MASTER};
 use crate::fly::sample;
 
@@ -76,6 +77,31 @@ fn usual(_: &mut Plan) {}
 /// Gives slave 2 an image of the user's.
 fn own_2(plan: &mut Plan) {
     plan.boards[1].own_image = Some("own".into());
+}
+
+/// Given flights of the shipped images, whose access is planned, then their heartbeats show the same access. Node 4 of the second
+/// flight is pre-operational when the master moves, and shows nothing.
+#[test]
+fn access_by_behaviour_is_that_of_the_plan() {
+    let found =
+        |flight: Flight| flight.observer.slaves().map(|(_, track)| track.follow.found()).collect::<Vec<_>>();
+    assert_eq!(found(sample::flight()), [Some(BusAccess::Parallel), Some(BusAccess::Selective)]);
+    assert_eq!(found(sample::standby::flight()), [Some(BusAccess::Parallel), None]);
+}
+
+/// Given an image of the user's that stays operational on the redundant bus after the master has moved there, then it has parallel
+/// access. Behind a cut of that bus it shows nothing.
+#[test]
+fn access_of_an_own_image_is_found_by_its_heartbeat() {
+    for (cut, expected) in [(Bus::Nominal, Some(BusAccess::Parallel)), (Bus::Redundant, None)] {
+        let mut world = World::started(own_2);
+        assert_eq!(world.observer.nodes[&2].seen_access(), None);
+        world.sees(100, Bus::Nominal, (0x702, &[0x05]), &[1]);
+        world.happens(110, FlightEvent::Cut(CutPlan { bus: cut, at: Time::from_ms(110), position_m: 0.5 }));
+        world.sees(120, Bus::Redundant, MASTER_BEATS, &[]);
+        world.sees(122, Bus::Redundant, (0x702, &[0x05]), &[1]);
+        assert_eq!(world.observer.nodes[&2].seen_access(), expected, "{cut}");
+    }
 }
 
 #[test]

@@ -1,36 +1,26 @@
 //! Tables of emergencies and of other events, in chronological order.
 
 use super::tables::{bounded, cards, number, plain};
-use crate::fly::emergency;
+use crate::fly::emergencies::EqualEmergencies;
 use crate::fly::flight::Flight;
 use crate::fly::line::{Line, Topic};
-use crate::fly::meaning::Meaning;
 use crate::fly::narrator::name;
-use can_twin::wire::time::Time;
+use crate::fly::summary::Summary;
 use maud::{Markup, html};
 
-/// All emergency messages.
-pub fn emergencies(flight: &Flight) -> Markup {
-    let rows: Vec<_> = flight
-        .emergencies()
-        .filter_map(|(at, seen)| {
-            let Some(Meaning::Emergency { node, code, register, details }) = seen.meaning else {
-                return None;
-            };
-            let details: Vec<String> = details.iter().map(|byte| format!("{byte:02X}")).collect();
-            Some(vec![
-                seconds(at),
-                seen.bus.name().into(),
-                name(seen.board(node)),
-                format!("{code:04X}h: {}", emergency::meaning(code)),
-                format!("{register:02X}h: {}", emergency::register(register)),
-                details.join(" "),
-            ])
-        })
-        .collect();
+/// All emergency messages: equal ones of a node are one row.
+pub fn emergencies(summary: &Summary) -> Markup {
+    let row = |message: &EqualEmergencies| {
+        let EqualEmergencies { node, code, register, details, buses, count, .. } = message;
+        let [first, last] = [message.first_at_seconds, message.last_at_seconds].map(seconds);
+        let last = if *count > 1 { last } else { String::new() };
+        let texts = [buses.join(", "), code.clone(), register.clone(), details.clone()];
+        [name(*node), count.to_string(), first, last].into_iter().chain(texts).collect()
+    };
+    let head = ["node", "messages", "first", "last", "bus", "error code", "error register", "details"];
     html! {
-        p { (number("emergencies", rows.len())) " emergency messages completed." }
-        (bounded(&["time", "bus", "node", "error code", "error register", "details"], rows, cards))
+        p { (number("emergencies", summary.emergencies)) " emergency messages completed." }
+        (bounded(&head, summary.equal_emergencies.iter().map(row).collect(), cards))
     }
 }
 
@@ -39,12 +29,13 @@ pub fn others(flight: &Flight) -> Markup {
     let row = |line: &Line| {
         let bus = line.bus.map_or("", |bus| bus.name());
         let text = line.text.trim_matches(['=', ' ']);
-        vec![seconds(line.at), bus.into(), line.who.clone(), text.into()]
+        vec![seconds(line.at.as_secs_f64()), bus.into(), line.who.clone(), text.into()]
     };
     let events = flight.story.iter().filter(|line| line.topic == Topic::Event);
     bounded(&["time", "bus", "node", "event"], events.map(row).collect(), plain)
 }
 
-fn seconds(at: Time) -> String {
-    format!("{:.4} s", at.as_secs_f64())
+/// Formats an instant.
+pub fn seconds(at: f64) -> String {
+    format!("{at:.4} s")
 }

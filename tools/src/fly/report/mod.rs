@@ -11,8 +11,10 @@ mod lanes;
 mod states;
 mod tables;
 mod timeline;
+mod values;
 
 use crate::fly::change::Since;
+use crate::fly::curves::ValueCurve;
 use crate::fly::drawing::paint::{self, BASE, Sheet};
 use crate::fly::drawing::{Layout, Picture};
 use crate::fly::flight::Flight;
@@ -38,8 +40,8 @@ pub fn clocks(flight: &Flight) -> String {
     clocks::draw(flight, Layout::WIDE).standalone()
 }
 
-/// Returns the page.
-pub fn page(flight: &Flight, summary: &Summary) -> String {
+/// Returns the page; `curves`: values of PDOs over time.
+pub fn page(flight: &Flight, curves: &[ValueCurve], summary: &Summary) -> String {
     let scope = flight.plan.scope();
     let page = html! {
         (DOCTYPE)
@@ -69,20 +71,26 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                         (both(|layout| states::draw(flight, layout)))
                         (states_key())
                     }))
-                    @if !flight.clocks.is_empty() {
+                    @if flight.clocks.is_empty() {
+                        (section("The clocks of the slaves", "", &tables::unjudged(summary)))
+                    } @else {
                         (section("The clocks of the slaves", &clocks_help(flight), &html! {
                             (both(|layout| clocks::draw(flight, layout)))
                             @if let Some(wide) = clocks::histogram(flight, Layout::WIDE) {
                                 (each(&wide, clocks::histogram(flight, Layout::NARROW).as_ref()))
                             }
                             (tables::clocks(flight))
+                            (tables::unjudged(summary))
                         }))
                     }
                     .columns {
                         (section("Fail-over", &failover_help(flight), &tables::failover(flight)))
                         (section("Frames", "Completed frames per bus, and the share of the run in which the bus was busy.", &tables::frames(flight)))
                     }
-                    (section("Emergencies", EMERGENCIES_HELP, &events::emergencies(flight)))
+                    (section("Emergencies", EMERGENCIES_HELP, &events::emergencies(summary)))
+                    @if !curves.is_empty() {
+                        (section("Values of PDOs over time", CURVES_HELP, &values::section(flight, curves)))
+                    }
                     @if !summary.pdo_values.is_empty() {
                         (section("Values of PDOs", PDOS_HELP, &tables::pdos(summary)))
                     }
@@ -90,6 +98,9 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                         (section("Receive PDOs that do not match", MISMATCHES_HELP, &html! {
                             ul { @for mismatch in &summary.pdo_mismatches { li { (mismatch) } } }
                         }))
+                    }
+                    @if !summary.aborted.is_empty() {
+                        (section("Aborted frames", ABORTED_HELP, &tables::aborted(summary)))
                     }
                     (section("Boards", &boards_help(scope), &html! {
                         (tables::boards(flight))
@@ -101,7 +112,10 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                             (tables::number("panics", summary.panics)) " panics."
                         }
                     }))
-                    (section("Date and images", "", &tables::origin(summary)))
+                    (section("Date and images", "", &html! {
+                        (tables::origin(summary))
+                        @if !summary.data_sheets.is_empty() { (tables::sheets(summary)) }
+                    }))
                     (section("Other events", EVENTS_HELP, &events::others(flight)))
                     (story(flight))
                     (section("How to read this", "", &how_to_read(flight)))
@@ -182,14 +196,25 @@ fn failover_help(flight: &Flight) -> String {
         }
     };
     let takeover = " Takeover: from the loss of the active master until the slave worked for the other one.";
-    if flight.masters() > 1 { format!("{works}{takeover}") } else { works.into() }
+    let takeover = if flight.masters() > 1 { takeover } else { "" };
+    let access = match flight.plan.scope() {
+        Scope::Mission => "",
+        Scope::Protocol => {
+            " The access of an image of your own is that of its first heartbeat after the master has changed the bus; a dash without \
+             such a change."
+        }
+    };
+    format!("{works}{takeover}{access}")
 }
 
 const CHECKS_HELP: &str =
     "The run passes when every check holds. Fail-over times and clock errors are reported, not judged.";
 
 const EMERGENCIES_HELP: &str = "Emergency messages (EMCY), with the error code and the error register as CiA 301 names them. Code \
-    0000h ends an error. The details are the field of the manufacturer.";
+    0000h ends an error. The details are the field of the manufacturer. Equal messages of a node are one row.";
+
+const CURVES_HELP: &str = "Values in the transmit PDOs of the slaves whose data sheet you gave, under its names. A value holds until \
+    the next frame.";
 
 const PDOS_HELP: &str =
     "The last frame of each PDO, with the names that the data sheet of its sender has for the objects in it.";
@@ -197,9 +222,9 @@ const PDOS_HELP: &str =
 const EVENTS_HELP: &str = "Power, faults that the demo caused, boot-up messages, NMT commands, and changes of state and bus as \
     the wires show them.";
 
-const ABORTED_HELP: &str = "Aborted are the frames that a board took back before they were sent. A master does so when it leaves a bus: \
-    a frame that waits there would be out of date when the bus comes back. An aborted frame is no fault. Lost are frames that a \
-    board received and its program never handled.";
+const ABORTED_HELP: &str = "Frames that a board took back before they were sent, by the result of the latest attempt to send them. A \
+    master does so when it leaves a bus: a frame that waits there would be out of date when the bus comes back. Failed: an error, \
+    for example no acknowledgement. An aborted frame is no fault.";
 
 fn boards_help(scope: Scope) -> String {
     let columns = match scope {
@@ -212,7 +237,10 @@ fn boards_help(scope: Scope) -> String {
              node, on whichever bus, up to the end of the flight."
         }
     };
-    format!("{columns} {ABORTED_HELP}")
+    format!(
+        "{columns} Aborted frames were taken back before they were sent, which is no fault. Lost are frames that a board received \
+             and its program never handled."
+    )
 }
 
 fn how_to_read(flight: &Flight) -> Markup {

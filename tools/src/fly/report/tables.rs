@@ -1,6 +1,7 @@
 //! The tables of a report.
 
 use super::duration;
+use super::events::seconds;
 use super::kind::Kind;
 use can_twin::pulses::Errors;
 use can_twin::wire::time::Time;
@@ -8,12 +9,14 @@ use maud::{Markup, html};
 
 use std::collections::BTreeMap;
 
+use crate::fly::aborted::AbortedFrames;
 use crate::fly::checks::CheckResult;
 use crate::fly::flight::Flight;
 use crate::fly::meaning::Scope;
 use crate::fly::narrator::name;
 use crate::fly::origin::{ImageFile, Origin};
 use crate::fly::outcome::cells;
+use crate::fly::pdos::SheetName;
 use crate::fly::record::Bus;
 use crate::fly::summary::Summary;
 
@@ -97,6 +100,46 @@ fn by_object(values: &[(String, String)]) -> String {
     values.chunk_by(|(one, _), (other, _)| is_same(one, other)).map(group).collect::<Vec<_>>().join("; ")
 }
 
+/// Data sheets of the boards. Boards with the same one share a row.
+pub fn sheets(summary: &Summary) -> Markup {
+    let mut boards: BTreeMap<&SheetName, Vec<String>> = BTreeMap::new();
+    for (node, sheet) in &summary.data_sheets {
+        boards.entry(sheet).or_default().push(name(*node));
+    }
+    let rows = boards.into_iter().map(|(sheet, boards)| {
+        let device = sheet.device.as_deref().unwrap_or("\u{2013}");
+        vec![text(&*sheet.file), text(device), text(boards.join(", "))]
+    });
+    html! { table.wrapped { (rows_of(&["data sheet", "device", "boards"].map(text), rows)) } }
+}
+
+/// Aborted frames by board, bus and COB-ID.
+pub fn aborted(summary: &Summary) -> Markup {
+    let row = |frames: &AbortedFrames| {
+        let AbortedFrames { node, bus, cob_id, failed, arbitration_lost, not_attempted, .. } = frames;
+        let [first, last] = [frames.first_at_seconds, frames.last_at_seconds].map(seconds);
+        let counts =
+            [frames.frames, *failed, *arbitration_lost, *not_attempted].map(|count| count.to_string());
+        [name(*node), (*bus).into(), cob_id.clone()].into_iter().chain(counts).chain([first, last]).collect()
+    };
+    let head =
+        ["board", "bus", "COB-ID", "frames", "failed", "arbitration lost", "not attempted", "first", "last"];
+    bounded(&head, summary.aborted.iter().map(row).collect(), cards)
+}
+
+/// Slaves whose clock is not judged, with the cause.
+pub fn unjudged(summary: &Summary) -> Markup {
+    html! {
+        @if !summary.clock_not_judged.is_empty() {
+            ul {
+                @for (node, cause) in &summary.clock_not_judged {
+                    li { "The clock of " (name(*node)) " is not judged: " (cause) "." }
+                }
+            }
+        }
+    }
+}
+
 /// Errors of the clocks of all slaves that were set.
 pub fn clocks(flight: &Flight) -> Markup {
     let rows = flight.clocks.iter().map(|clock| {
@@ -161,7 +204,7 @@ pub fn boards(flight: &Flight) -> Markup {
             third,
             fourth,
             count.lost_frames.to_string(),
-            count.aborted_frames.to_string(),
+            count.aborted.len().to_string(),
         ]
     });
     cards(&head.concat(), rows.collect())

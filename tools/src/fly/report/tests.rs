@@ -1,11 +1,13 @@
 use super::*;
+use crate::fly::curves::ValueCurve;
 use crate::fly::drawing::Picture;
+use crate::fly::pdos::SheetName;
 use crate::fly::sample;
 use crate::fly::verdict::{Outcome, Verdict};
 use can_twin::wire::time::Time;
 
 fn rendered(flight: &Flight) -> String {
-    page(flight, &sample::summary(flight))
+    page(flight, &[], &sample::summary(flight))
 }
 
 /// Checks that a page has some texts and others not.
@@ -31,6 +33,32 @@ fn the_page_reports_the_flight() {
     assert_page(&rendered(&sample::flight()), &expected, &others);
 }
 
+/// Given aborted frames, a clock that is not judged and a value of an own slave, then the page has a section for each.
+#[test]
+fn page_has_aborted_frames_causes_and_curves() {
+    let flight = sample::flight();
+    let mut summary = sample::summary(&flight);
+    let name = |file: &str, device| SheetName { file: file.into(), device };
+    summary.data_sheets =
+        [(1, name("master.eds", None)), (2, name("heater.eds", Some("Heater".into())))].into();
+    let curve = ValueCurve {
+        node: 2,
+        cob_id: "382h".into(),
+        name: "Temperature [K]".into(),
+        points: vec![(Time::from_ms(1_000), 280.5), (Time::from_ms(2_000), 281.5)],
+        last: "281.5".into(),
+    };
+    let expected = [
+        "<h2>Aborted frames</h2>",
+        "<td data-label=\"COB-ID\">701h</td><td data-label=\"frames\">2</td><td data-label=\"failed\">2</td>",
+        "The clock of node 4 is not judged: it received no spacecraft time (181h).",
+        "<b>node 2: Temperature [K]</b> <span>382h</span>",
+        "<td>heater.eds</td><td>Heater</td><td>node 2</td>",
+    ];
+    assert_page(&page(&flight, &[curve], &summary), &expected, &[]);
+    assert_page(&page(&flight, &[], &summary), &[], &["Values of PDOs over time"]);
+}
+
 #[test]
 fn a_page_of_unknown_images_has_no_commands() {
     let mut flight = sample::flight();
@@ -52,7 +80,7 @@ fn faults_are_on_top_and_escaped() {
     let flight = sample::flight();
     let mut summary = sample::summary(&flight);
     summary.verdict = Verdict { outcome: Outcome::Failed, reasons: vec!["node 2 <panicked>".into()] };
-    let page = page(&flight, &summary);
+    let page = page(&flight, &[], &summary);
     assert_page(&page, &["<li>node 2 &lt;panicked&gt;</li>"], &["ran as it should"]);
 }
 

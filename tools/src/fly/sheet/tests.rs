@@ -28,8 +28,12 @@ fn valid_pdos_with_objects_are_read() {
 fn frames_are_values_by_name() {
     let sheet = read(TEXT);
     let values = values(&sheet.pdos[0], &[0xFB, 0xFF, 200, 0, 0, 0xC0, 0x3F]).unwrap();
+    let texts: Vec<_> = values.iter().map(|(name, value)| (*name, value.to_string())).collect();
     let expected = [("Heater, Temperature", "-5"), ("State", "200"), ("Power", "1.5")];
-    assert_eq!(values, expected.map(|(name, value)| (name, value.to_owned())));
+    assert_eq!(texts, expected.map(|(name, value)| (name, value.to_owned())));
+    let heights: Vec<_> = values.iter().map(|(_, value)| value.height()).collect();
+    assert_eq!(heights, [Some(-5.0), Some(200.0), Some(1.5)]);
+    assert_eq!([Number::Bits(7, 8), Number::Short(f32::NAN)].map(Number::height), [None; 2], "no height");
     assert_eq!(super::values(&sheet.pdos[0], &[0; 8]), None, "another length");
 }
 

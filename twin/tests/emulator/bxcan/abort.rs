@@ -1,6 +1,8 @@
 //! Aborts and their races: RM0090 32.7.1 ("Abort"), 32.9.2 (TSR).
 
+use can_twin::bxcan::Attempt;
 use can_twin::wire::field::Field;
+use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
 
 use super::bench::*;
@@ -11,6 +13,11 @@ fn occupied() -> Bench {
     bench
 }
 
+/// The aborted frames, with the results of their latest attempts.
+fn aborted(bench: &Bench) -> Vec<(WireFrame, Option<Attempt>)> {
+    bench.stats().aborted.iter().map(|aborted| (aborted.frame, aborted.last)).collect()
+}
+
 #[test]
 fn a_pending_request_is_aborted_at_once() {
     let mut bench = occupied();
@@ -19,7 +26,7 @@ fn a_pending_request_is_aborted_at_once() {
     bench.write(TSR, ABRQ);
     bench.pass(Time(1));
     assert_eq!(bench.read(TSR) & (TME0 | ABRQ | STATUS), TME0 | RQCP, "completed, not TXOK");
-    assert_eq!(bench.stats().aborted, 1);
+    assert_eq!(aborted(&bench), [(frame(0x100), None)]);
     bench.calm();
     assert_eq!(bench.received_by(PEER), []);
 }
@@ -56,7 +63,7 @@ fn abort_of_successful_transmission_waits_for_its_end() {
         ABRQ,
         TME0 | RQCP | TXOK,
     );
-    assert_eq!(bench.stats().aborted, 0);
+    assert_eq!(aborted(&bench), []);
     assert_eq!(bench.received_by(PEER), [empty()]);
 }
 
@@ -69,7 +76,7 @@ fn an_abort_during_a_transmission_that_fails_ends_it() {
     bench.write(TSR, ABRQ);
     bench.complete(0);
     assert_eq!(bench.read(TSR) & (TME0 | ABRQ | STATUS), TME0 | RQCP | TERR);
-    assert_eq!(bench.stats().aborted, 1);
+    assert_eq!(aborted(&bench), [(empty(), Some(Attempt::Failed))]);
     bench.calm();
     assert_eq!(bench.received_by(PEER), [], "no further attempt");
 }
@@ -97,6 +104,7 @@ fn an_abort_during_a_transmission_that_loses_ends_it() {
     bench.write(TSR, ABRQ);
     bench.complete(0);
     assert_eq!(bench.read(TSR) & (TME0 | ABRQ | STATUS), TME0 | RQCP | ALST);
+    assert_eq!(aborted(&bench).last().map(|(_, last)| *last), Some(Some(Attempt::ArbitrationLost)));
     bench.calm();
     assert_eq!(bench.received_by(PEER), []);
 }
@@ -110,6 +118,7 @@ fn an_abort_after_a_lost_arbitration_needs_no_further_attempt() {
     bench.write(TSR, ABRQ);
     bench.pass(Time(1));
     assert_eq!(bench.read(TSR) & (TME0 | ABRQ | STATUS), TME0 | RQCP | ALST);
+    assert_eq!(aborted(&bench).last().map(|(_, last)| *last), Some(Some(Attempt::ArbitrationLost)));
     bench.calm();
     assert_eq!(bench.received_by(PEER), []);
 }
