@@ -22,7 +22,12 @@ async fn main(spawner: Spawner) {
     let bit_timing = const { ecss_can_stm32f4::bit_timing(&PROFILE.network) };
     let board = Board::new(board::take!(p), bit_timing, Irqs);
     let master = Master::builder(&PROFILE, Ground::default()).hardware(board.hardware);
-    let (master, events, runners) = RESOURCES.start(|| master.build(), board.connection, &DIAGNOSTICS);
+    let (master, events, runners) =
+        RESOURCES.start(|| master.build(), board.connection, &DIAGNOSTICS);
     spawn_node(spawner, runners);
-    supervised("application", application(master, events, |report| defmt::info!("{}", report))).await;
+    supervised(
+        "application",
+        application(master, events, |report| defmt::info!("{}", report)),
+    )
+    .await;
 }

@@ -34,7 +34,10 @@ impl Device for Ground {
     const PDOS: PdoSet = PdoSet::new(&[CHANGE.of(HEATER).receive(1)], &[MASTER_TIME]);
 
     fn communication(id: NodeId) -> Communication {
-        Communication { device_name: "Ground", ..Communication::new(id) }
+        Communication {
+            device_name: "Ground",
+            ..Communication::new(id)
+        }
     }
 }
 
@@ -83,7 +86,11 @@ async fn listen<P: Platform>(
                     report(Report::Power(power));
                 }
             }
-            MasterEvent::Emergency { node: HEATER, emergency, .. } => {
+            MasterEvent::Emergency {
+                node: HEATER,
+                emergency,
+                ..
+            } => {
                 report(Report::Emergency(emergency.code));
                 if emergency.code == ErrorCode::TEMPERATURE {
                     ground.reset(HEATER);
@@ -123,5 +130,8 @@ async fn prepare<P: Platform>(heater: SdoClient<P, Ground>) -> Result<Report, Er
     heater.save_all().await?;
     let mut schedule = [0; 32];
     heater.read_bytes(Heater::SCHEDULE, &mut schedule).await?;
-    Ok(Report::Prepared { power, is_same: schedule == SCHEDULE })
+    Ok(Report::Prepared {
+        power,
+        is_same: schedule == SCHEDULE,
+    })
 }

@@ -8,9 +8,13 @@ mod app;
 #[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {
     use {{crate}}::Ground;
+
     use {{slave_crate}}::PROFILE;
 
     let made = ecss_can_eds::Timestamp::noon({{date}});
-    let sheet = ecss_can_eds::Device { product: "Ground".into(), ..ecss_can_eds::Device::new(made) };
+    let sheet = ecss_can_eds::Device {
+        product: "Ground".into(),
+        ..ecss_can_eds::Device::new(made)
+    };
     ecss_can_eds::master_program::<Ground>(&PROFILE, sheet)
 }

@@ -17,11 +17,15 @@ const BOOT_UP: u16 = 0x700 + {{node}};
 type Reports = Rc<RefCell<Vec<Report>>>;
 
 fn master(board: MockBoard) -> Master<Ground> {
-    Master::builder(&PROFILE, Ground::default()).hardware(board.hardware).build()
+    Master::builder(&PROFILE, Ground::default())
+        .hardware(board.hardware)
+        .build()
 }
 
 fn slave(board: MockBoard) -> Slave<Heater> {
-    Slave::builder(board.node_id, &PROFILE, Heater::default()).hardware(board.hardware).build()
+    Slave::builder(board.node_id, &PROFILE, Heater::default())
+        .hardware(board.hardware)
+        .build()
 }
 
 /// Both nodes, 3 s after power-on.
@@ -31,7 +35,9 @@ fn running() -> (World, Reports) {
     let mut world = World::builder()
         .master(master, move |master, events| {
             let written = written.clone();
-            {{crate}}::application(master, events, move |report| written.borrow_mut().push(report))
+            {{crate}}::application(master, events, move |report| {
+                written.borrow_mut().push(report)
+            })
         })
         .slave(HEATER, slave, |slave, events| {
             let reset = events.reset_line();
@@ -45,7 +51,9 @@ fn running() -> (World, Reports) {
 
 /// Setpoint and schedule of the heater.
 fn settings(world: &World) -> (i16, Vec<u8>) {
-    world.slave::<Heater>(HEATER).read(|heater| (heater.setpoint, heater.schedule.as_bytes().to_vec()))
+    world
+        .slave::<Heater>(HEATER)
+        .read(|heater| (heater.setpoint, heater.schedule.as_bytes().to_vec()))
 }
 
 #[test]
@@ -53,7 +61,10 @@ fn the_heater_is_prepared_and_both_buses_are_tried() {
     let (world, reports) = running();
     let expected = [
         Report::Power(100),
-        Report::Prepared { power: 100, is_same: true },
+        Report::Prepared {
+            power: 100,
+            is_same: true,
+        },
         Report::ActiveBus(Bus::Redundant),
         Report::BothBuses,
         Report::ActiveBus(Bus::Nominal),
@@ -73,7 +84,10 @@ fn the_power_arrives_on_the_other_bus_when_one_is_cut() {
     world.run_for(Time::from_ms(1_000));
     world.write(HEATER, Heater::SETPOINT.address(), &200_i16.to_le_bytes());
     world.run_for(Time::from_ms(10));
-    assert_eq!(reports.take(), [Report::ActiveBus(Bus::Redundant), Report::Power(0)]);
+    assert_eq!(
+        reports.take(),
+        [Report::ActiveBus(Bus::Redundant), Report::Power(0)]
+    );
 }
 
 #[test]

@@ -20,9 +20,16 @@ async fn main(spawner: Spawner) {
     let p = ecss_can_stm32f4::start::<Spec>();
     let bit_timing = const { ecss_can_stm32f4::bit_timing(&PROFILE.network) };
     let board = Board::new(board::take!(p), bit_timing, Irqs);
-    let Ok(id) = board.node_id else { return defmt::error!("no Node-ID on the straps") };
+    let Ok(id) = board.node_id else {
+        return defmt::error!("no Node-ID on the straps");
+    };
     let slave = Slave::builder(id, &PROFILE, Heater::default()).hardware(board.hardware);
-    let (slave, events, runners) = RESOURCES.start(|| slave.build(), board.connection, &DIAGNOSTICS);
+    let (slave, events, runners) =
+        RESOURCES.start(|| slave.build(), board.connection, &DIAGNOSTICS);
     spawn_node(spawner, runners);
-    supervised("application", application(slave, events, || ecss_can_stm32f4::reset())).await
+    supervised(
+        "application",
+        application(slave, events, || ecss_can_stm32f4::reset()),
+    )
+    .await
 }

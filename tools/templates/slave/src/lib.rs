@@ -6,7 +6,11 @@
 use ecss_can::prelude::*;
 
 /// The numbers of the network: 1 Mbit/s, heartbeat 100 ms.
-pub const PROFILE: Profile = Profile { name: "heater", ..Profile::DEFAULT }.checked();
+pub const PROFILE: Profile = Profile {
+    name: "heater",
+    ..Profile::DEFAULT
+}
+.checked();
 
 /// Objects of the heater beside those of every node. The first line of a comment is the name in the data sheet.
 #[derive(Debug, Objects)]
@@ -44,7 +48,12 @@ impl Device for Heater {
     fn communication(id: NodeId) -> Communication {
         Communication {
             device_name: "Heater",
-            identity: Identity { vendor: 0, product: 1, revision: 1 << 16, serial: 0 },
+            identity: Identity {
+                vendor: 0,
+                product: 1,
+                revision: 1 << 16,
+                serial: 0,
+            },
             ..Communication::new(id)
         }
     }
@@ -66,7 +75,9 @@ pub async fn application<P: Platform>(
     heater.update(Heater::control);
     loop {
         match events.next().await {
-            SlaveEvent::Written(at) if at == Heater::SETPOINT.address() => heater.update(Heater::control),
+            SlaveEvent::Written(at) if at == Heater::SETPOINT.address() => {
+                heater.update(Heater::control)
+            }
             #[cfg(target_os = "none")]
             SlaveEvent::State(state) => defmt::info!("{}", state),
             SlaveEvent::ResetNode => reset(),

@@ -10,6 +10,9 @@ fn main() -> std::process::ExitCode {
     use {{crate}}::{Heater, PROFILE};
 
     let made = ecss_can_eds::Timestamp::noon({{date}});
-    let sheet = ecss_can_eds::Device { product: "Heater".into(), ..ecss_can_eds::Device::new(made) };
+    let sheet = ecss_can_eds::Device {
+        product: "Heater".into(),
+        ..ecss_can_eds::Device::new(made)
+    };
     ecss_can_eds::slave_program::<Heater>(&PROFILE, sheet)
 }

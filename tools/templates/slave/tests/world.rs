@@ -1,7 +1,9 @@
 //! The application of the image on a mock board, and the protocol on two simulated buses, in virtual time.
 
 use ecss_can::prelude::*;
-use ecss_can_worlds::{Handle, MockBoard, NEXT_TO_MASTER_M, Plain, Time, World, idle, plain_master};
+use ecss_can_worlds::{
+    Handle, MockBoard, NEXT_TO_MASTER_M, Plain, Time, World, idle, plain_master,
+};
 
 use {{crate}}::{Heater, PROFILE, application};
 
@@ -10,7 +12,9 @@ const NODE: NodeId = NodeId::of::<{{node}}>();
 const CHANGE: u16 = 0x280 + {{node}};
 
 fn slave(board: MockBoard) -> Slave<Heater> {
-    Slave::builder(board.node_id, &PROFILE, Heater::default()).hardware(board.hardware).build()
+    Slave::builder(board.node_id, &PROFILE, Heater::default())
+        .hardware(board.hardware)
+        .build()
 }
 
 /// Given a heater on both buses, when the nominal bus is cut and a setpoint is written, then its power is sent on the other bus.
@@ -35,6 +39,9 @@ fn setpoint_arrives_on_the_other_bus_when_one_is_cut() {
     let written = world.spawn(NodeId::MASTER, work);
     world.run_for(Time::from_ms(10));
     assert_eq!(written.take().map(|(_, result)| result), Some(Ok(())));
-    let mut pdos = world.frames(Bus::Redundant).iter().filter(|sent| sent.id() == Some(CHANGE));
+    let mut pdos = world
+        .frames(Bus::Redundant)
+        .iter()
+        .filter(|sent| sent.id() == Some(CHANGE));
     assert_eq!(pdos.next_back().unwrap().frame.payload(), [100]);
 }
