@@ -15,6 +15,8 @@ pub mod eds;
 pub mod fly;
 pub mod images;
 #[cfg(feature = "program")]
+pub mod new;
+#[cfg(feature = "program")]
 pub mod schedule;
 
 #[cfg(feature = "program")]

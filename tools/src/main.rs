@@ -5,7 +5,7 @@
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use ecss_can_cli::{campaign, eds, fly, images, schedule};
+use ecss_can_cli::{campaign, eds, fly, images, new, schedule};
 
 /// Run, record and describe a spacecraft with two CAN buses.
 #[derive(Parser)]
@@ -17,6 +17,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Write a new slave, master or board into a folder: built, tested and flown at once
+    New(new::Options),
     /// Run the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
     Fly(fly::Options),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
@@ -31,6 +33,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
+        Command::New(options) => new::run(&options),
         Command::Fly(options) => fly::run(&options),
         Command::Twin(options) => fly::live::run(&options),
         Command::Eds(options) => eds::run(&options),

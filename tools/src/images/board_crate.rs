@@ -27,7 +27,7 @@ impl<'a> From<&'a str> for BoardCrate<'a> {
 ///
 /// # Errors
 /// When the folder does not exist, or its `Cargo.toml` names no package.
-pub(in crate::images) fn read(folder: &Path) -> Result<(PathBuf, String), Error> {
+pub(crate) fn read(folder: &Path) -> Result<(PathBuf, String), Error> {
     let folder = folder.canonicalize().map_err(|error| Error::Directory(folder.to_owned(), error))?;
     let manifest = folder.join("Cargo.toml");
     let text = fs::read_to_string(&manifest).map_err(|error| Error::Directory(manifest.clone(), error))?;

@@ -31,6 +31,8 @@ use site::Site;
 use support::output::note;
 
 pub use board_crate::BoardCrate;
+#[cfg(feature = "program")]
+pub(crate) use board_crate::read as package_of;
 pub use chips::{CHIPS, check_chips};
 pub use choice::Choice;
 pub use environment::{clean, host_cargo};
