@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ecss_can_cli::images::Package;
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use crate::TOOLS;
@@ -313,6 +313,15 @@ fn own_images_are_judged_by_the_protocol_alone() {
     let cycle: Vec<&Value> = pdos.iter().filter(|pdo| pdo["cob_id"] == "483h").collect();
     assert_eq!((pdos.len(), cycle.len()), (1, 1), "{summary}");
     assert_eq!(cycle[0]["values"][0][0], "Temperature");
+    // The master sends no spacecraft time.
+    assert!(stdout.contains("clock of node 4 is not judged: no master sent the spacecraft time (181h)\n"), "{stdout}");
+    assert_eq!(summary["access"], json!({ "3": "parallel", "4": "parallel" }), "{summary}");
+    assert_eq!(summary["data_sheets"], json!({ "3": { "file": "thermometer.eds", "device": null } }), "{summary}");
+    let aborted = summary["aborted"].as_array().expect("an array");
+    let count: u64 = aborted.iter().filter_map(|frames| frames["frames"].as_u64()).sum();
+    assert_eq!(summary["aborted_frames"], count, "{summary}");
+    let of_master = aborted.iter().filter(|frames| frames["node"] == 1 && frames["bus"] == "nominal");
+    assert!(of_master.count() > 0, "the master leaves the cut bus: {summary}");
     let unread = "neither read nor judged (master: thermometer-master, node 3: thermometer";
     // The master and the temperature with every SYNC.
     let log = [" redundant 701#05", " redundant 483#"];

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use ecss_can_cli::images::support::needs::CHROMIUM;
+use ecss_can_cli::images::support::project;
 use second::{program, tools};
 use serde_json::Value;
 
@@ -124,7 +125,7 @@ fn report_fits_the_page_and_has_the_numbers_of_the_summary() {
     has(&keys, &["lost_frames", "aborted_frames", "resets", "lockups", "panics"]);
 }
 
-/// Given a flight with a user's image, whose PDOs have rows with other names, then the report fits too.
+/// Given a flight with a user's image and its data sheet, whose PDOs have rows with other names and charts, then the report fits too.
 #[test]
 fn report_of_unknown_images_fits_the_page() {
     tools::require(&[CHROMIUM]).unwrap_or_else(|failure| panic!("{failure:#}"));
@@ -132,8 +133,12 @@ fn report_of_unknown_images_fits_the_page() {
     let images =
         ecss_can_cli::images::build("pyboard-v11", "librecube").unwrap_or_else(|error| panic!("{error}"));
     let slave = format!("2={}", images.slave.display());
-    let summary = fly(here.path(), &["--slaves", "1", "--slave", &slave, "--seconds", "4", "--cut-at", "2"]);
+    let sheet = format!("2={}", project::path("docs/eds/slave.eds").display());
+    let options = ["--slaves", "1", "--slave", &slave, "--eds", &sheet, "--seconds", "4", "--cut-at", "2"];
+    let summary = fly(here.path(), &options);
     has(&check(here.path(), &summary), &["bus_changes", "failover_ms.2", "aborted_frames"]);
+    let report = fs::read_to_string(here.path().join("report.html")).expect("a report");
+    assert!(report.contains("<b>node 2: Telemetry, Data</b>"), "no chart of a value");
 }
 
 /// Given two masters and fourteen slaves, then the longest tables fit as well.

@@ -88,11 +88,11 @@ pub fn page(flight: &Flight, curves: &[ValueCurve], summary: &Summary) -> String
                         (section("Frames", "Completed frames per bus, and the share of the run in which the bus was busy.", &tables::frames(flight)))
                     }
                     (section("Emergencies", EMERGENCIES_HELP, &events::emergencies(summary)))
-                    @if !curves.is_empty() {
-                        (section("Values of PDOs over time", CURVES_HELP, &values::section(flight, curves)))
-                    }
                     @if !summary.pdo_values.is_empty() {
-                        (section("Values of PDOs", PDOS_HELP, &tables::pdos(summary)))
+                        (section("Values of PDOs", PDOS_HELP, &html! {
+                            (tables::pdos(summary))
+                            (values::charts(flight, curves))
+                        }))
                     }
                     @if !summary.pdo_mismatches.is_empty() {
                         (section("Receive PDOs that do not match", MISMATCHES_HELP, &html! {
@@ -212,9 +212,6 @@ const CHECKS_HELP: &str =
 
 const EMERGENCIES_HELP: &str = "Emergency messages (EMCY), with the error code and the error register as CiA 301 names them. Code \
     0000h ends an error. The details are the field of the manufacturer. Equal messages of a node are one row.";
-
-const CURVES_HELP: &str = "Values in the transmit PDOs of the slaves whose data sheet you gave, under its names. A value holds until \
-    the next frame.";
 
 const PDOS_HELP: &str =
     "The last frame of each PDO, with the names that the data sheet of its sender has for the objects in it.";

@@ -1,4 +1,4 @@
-//! Values of PDOs over time: a small chart for each value that changes, the others by name.
+//! Values of PDOs over time: small charts.
 
 use can_twin::wire::time::Time;
 use maud::{Markup, PreEscaped, html};
@@ -15,6 +15,9 @@ use super::faults::Marks;
 /// Greatest number of charts.
 const CHARTS: usize = 12;
 
+const HELP: &str = "Each value that changes, of slaves whose data sheet you gave, over the time of the flight. A value holds until the next \
+    frame.";
+
 /// Space above a plot with one row of faults, its height, and the space below it for the seconds.
 const TOP: f64 = 20.0;
 const HEIGHT: f64 = 104.0;
@@ -26,34 +29,31 @@ const MARKS: f64 = 4.0;
 /// Width of a step in which a curve keeps its lowest and highest value only, in SVG units.
 const STEP: f64 = 1.0;
 
-/// Charts of the values, and lists of those without a chart.
-pub fn section(flight: &Flight, curves: &[ValueCurve]) -> Markup {
-    let (changing, constant): (Vec<_>, Vec<_>) = curves.iter().partition(|curve| curve.changes());
+/// A chart for each value that changes, with a sentence before them; further values are named with their range. Empty if no value
+/// changes.
+pub fn charts(flight: &Flight, curves: &[ValueCurve]) -> Markup {
+    let changing: Vec<&ValueCurve> = curves.iter().filter(|curve| curve.changes()).collect();
     let (drawn, left_out) = changing.split_at(changing.len().min(CHARTS));
-    let range = |curve: &ValueCurve| {
+    let range = |curve: &&ValueCurve| {
         let (lowest, highest) = curve.range();
         format!("{} from {} to {}", title(curve), number(lowest), number(highest))
     };
     html! {
-        .charts {
-            @for curve in drawn {
-                figure {
-                    figcaption { b { (title(curve)) } " " span { (curve.cob_id) } }
-                    (PreEscaped(draw(flight, curve).inline()))
+        @if !drawn.is_empty() {
+            p.help { (HELP) }
+            .charts {
+                @for curve in drawn {
+                    figure {
+                        figcaption { b { (title(curve)) } " " span { (curve.cob_id) } }
+                        (PreEscaped(draw(flight, curve).inline()))
+                    }
                 }
             }
         }
         @if !left_out.is_empty() {
-            p { "Not drawn: " (list(left_out.iter().map(|curve| range(curve)))) "." }
-        }
-        @if !constant.is_empty() {
-            p { "Constant: " (list(constant.iter().map(|curve| format!("{} {}", title(curve), curve.last)))) "." }
+            p.help { "Without a chart: " (left_out.iter().map(range).collect::<Vec<_>>().join("; ")) "." }
         }
     }
-}
-
-fn list(texts: impl Iterator<Item = String>) -> String {
-    texts.collect::<Vec<_>>().join("; ")
 }
 
 fn title(curve: &ValueCurve) -> String {
@@ -77,7 +77,7 @@ pub fn draw(flight: &Flight, curve: &ValueCurve) -> Picture {
     marks.draw(&mut picture, top, bottom, 6.0);
     let points: Vec<(f64, f64)> =
         curve.points.iter().map(|(at, value)| (axis.x(*at), scale.place(*value))).collect();
-    picture.path("blue thick", &stairs(&points));
+    picture.path("blue", &stairs(&points));
     picture
 }
 
@@ -126,7 +126,6 @@ mod tests {
             cob_id: "382h".into(),
             name: name.into(),
             points: values.iter().enumerate().map(|(second, value)| (at(second), *value)).collect(),
-            last: "7".into(),
         }
     }
 
@@ -150,16 +149,16 @@ mod tests {
         assert_eq!((heights.clone().fold(9.0, f64::min), heights.fold(0.0, f64::max)), (0.0, 99.0));
     }
 
-    /// Given fourteen values that change and one that does not, then twelve have charts and three are named.
+    /// Given fourteen values that change and one that does not, then twelve have charts and two are named with their range.
     #[test]
     fn values_without_a_chart_are_named() {
-        let mut curves: Vec<_> = (0..14).map(|n| curve(&format!("Value {n}"), &[-1.0, 0.5])).collect();
-        curves.push(curve("Constant <b>", &[7.0, 7.0]));
-        let drawn = section(&sample::flight(), &curves).into_string();
+        let mut curves: Vec<_> = (0..14).map(|n| curve(&format!("Value <{n}>"), &[-1.0, 0.5])).collect();
+        curves.insert(0, curve("Constant", &[7.0, 7.0]));
+        let drawn = charts(&sample::flight(), &curves).into_string();
         assert_eq!(drawn.matches("<svg").count(), CHARTS);
-        let expected = "Not drawn: node 2: Value 12 from -1 to 0.5; node 2: Value 13 from -1 to 0.5.";
-        assert!(drawn.contains(expected), "{drawn}");
-        assert!(drawn.contains("Constant: node 2: Constant &lt;b&gt; 7."), "{drawn}");
+        let expected = "Without a chart: node 2: Value &lt;12&gt; from -1 to 0.5; node 2: Value &lt;13&gt; from -1 to 0.5.";
+        assert!(drawn.contains(expected) && !drawn.contains("Constant"), "{drawn}");
+        assert_eq!(charts(&sample::flight(), &curves[..1]).into_string(), "");
     }
 
     #[test]
