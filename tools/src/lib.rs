@@ -9,11 +9,19 @@
 #[cfg(feature = "program")]
 pub mod campaign;
 #[cfg(feature = "program")]
+pub mod completions;
+#[cfg(feature = "program")]
+pub mod doctor;
+#[cfg(feature = "program")]
 pub mod eds;
 #[cfg(feature = "program")]
 #[allow(missing_docs)]
 pub mod fly;
+#[cfg(feature = "program")]
+pub mod help;
 pub mod images;
+#[cfg(feature = "program")]
+pub mod man;
 #[cfg(feature = "program")]
 pub mod new;
 #[cfg(feature = "program")]

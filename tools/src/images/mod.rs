@@ -38,6 +38,8 @@ pub use choice::Choice;
 pub use environment::{clean, host_cargo};
 pub use package::{Package, Refusal};
 pub use target::target;
+#[cfg(feature = "program")]
+pub(crate) use toolchain::{Toolchain, installed};
 
 /// Images of master and slave, for boards and for the twin.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -294,7 +296,7 @@ impl Job<'_> {
         let lock = File::create(target::firmware().join("lock")).map_err(unusable)?;
         take(&lock).map_err(unusable)?;
 
-        let toolchain = toolchain::find(command[0] == "clippy")?;
+        let toolchain = toolchain::find(self.home, command[0] == "clippy")?;
         let task = format!("{}: {}", self.task, toolchain.name());
         let is_first = !target_dir.join(TARGET).exists();
         // In the first build cargo shows its own progress, crate by crate.
