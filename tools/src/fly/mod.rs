@@ -3,8 +3,11 @@
 pub mod change;
 mod checks;
 mod clocks;
+pub mod command;
+pub mod criterion;
 pub mod drawing;
 mod emergency;
+pub mod fault;
 mod files;
 pub mod flight;
 mod line;
@@ -12,17 +15,22 @@ pub mod live;
 pub mod liveness;
 pub mod meaning;
 pub mod mission;
+mod mission_file;
 mod narrator;
 pub mod observer;
 mod options;
 mod origin;
 mod outcome;
+mod own;
+mod own_project;
 mod pdos;
 pub mod phase;
 pub mod plan;
 pub mod record;
+
 pub mod report;
 pub mod sample;
+pub mod setup;
 mod sheet;
 mod stack;
 pub mod stamps;
@@ -46,7 +54,7 @@ use can_twin::image::Image;
 use flight::Interruption;
 use meaning::Scope;
 use narrator::name;
-pub use options::{Options, SEED};
+pub use options::{CommandLine, Options, SEED};
 use origin::Origin;
 use pdos::Sheets;
 use plan::Plan;
@@ -57,10 +65,13 @@ use verdict::Outcome;
 ///
 /// # Errors
 /// When an image cannot be read or built, a file cannot be written, or the flight failed.
-pub fn run(options: &Options) -> anyhow::Result<()> {
+pub fn run(line: &CommandLine) -> anyhow::Result<()> {
+    let mut options = line.options.clone();
+    own_project::complete(&mut options, &line.given)?;
     options.check()?;
-    let plan = Plan::new(options)?;
-    plan.check_length(options)?;
+    let plan = Plan::new(&options)?;
+    plan.check_length(&options)?;
+    own::build(&mut options.fleet, &mut options.sheets, &options.builds)?;
     let sheets = Sheets::of(&plan, &options.sheets)?;
     sheets.notes().iter().for_each(output::warn);
     sheets.mismatches(&plan).iter().for_each(output::warn);
