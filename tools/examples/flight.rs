@@ -18,7 +18,7 @@ fn main() -> anyhow::Result<()> {
     let seconds: u64 = next()?.parse().context("SECONDS is a whole number")?;
     let images =
         ecss_can_cli::images::Images { master: PathBuf::from(next()?), slave: PathBuf::from(next()?) };
-    let plan = Plan { end: Time::from_ms(1000 * seconds), cut: None, ..Plan::default() };
+    let plan = Plan { end: Time::from_ms(1000 * seconds), faults: Vec::new(), ..Plan::default() };
     let images = fleet::shipped(&images, plan.boards.iter().map(|board| board.node))?;
     let flight = mission::fly(plan, &images, |_, _| ControlFlow::Continue(()))?;
     let instructions: u64 = flight.boards.iter().map(|board| board.instructions).sum();

@@ -142,8 +142,11 @@ fn files_of(package: &str, options: &Options) -> anyhow::Result<Vec<(String, Str
     Ok(files)
 }
 
-/// Returns the output of the package, and the file name in it.
-fn printed(package: &str, manifest: &Path, node: Option<u8>) -> anyhow::Result<(String, String)> {
+/// Runs a package on the host. Returns the name of the data sheet that it prints, and its text.
+///
+/// # Errors
+/// When the package does not build, fails, or prints no data sheet.
+pub(crate) fn printed(package: &str, manifest: &Path, node: Option<u8>) -> anyhow::Result<(String, String)> {
     let mut cargo = crate::images::host_cargo();
     cargo.current_dir(manifest.parent().unwrap_or(Path::new(".")));
     cargo.args(["run", "--quiet", "--package", package, "--manifest-path"]).arg(manifest).arg("--");

@@ -20,7 +20,7 @@ enum Command {
     /// Write a new slave, master or board into a folder: built, tested and flown at once
     New(new::Options),
     /// Run the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
-    Fly(fly::Options),
+    Fly(fly::CommandLine),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
     Twin(fly::live::Options),
     /// Write EDS and DCF of a device from its dictionary, or check the DCF of a network

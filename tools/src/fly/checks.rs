@@ -1,5 +1,7 @@
 //! Checks of a flight: each with its limit, the value of the flight, and whether it held.
 
+mod criteria;
+
 use std::collections::BTreeMap;
 
 use serde::Serialize;
@@ -84,6 +86,8 @@ impl Check {
 pub fn checks(flight: &Flight) -> Vec<Check> {
     let mut of_the_end = vec![operational(flight), errors(flight)];
     of_the_end.extend(of_masters(flight));
+    of_the_end.extend(criteria::faults(flight));
+    of_the_end.extend(criteria::criteria(flight));
     if flight.interrupted.is_some() {
         for check in &mut of_the_end {
             check.result = CheckResult::NotJudged;
@@ -123,9 +127,14 @@ fn operational(flight: &Flight) -> Check {
         Some(at) => !track.is_minimal || at == bus,
         None => false,
     };
-    let slaves = flight.observer.slaves().count();
-    let others: Vec<(Node, &Track)> =
-        flight.observer.slaves().filter(|(_, track)| !is_operational(track)).collect();
+    // A slave whose power a fault took away is not there at the end.
+    let is_judged = |node: Node, track: &Track| {
+        let is_off = !track.now().phase.is_powered() && flight.plan.restarts(node);
+        !is_off && !criteria::may_be_lost(flight, node)
+    };
+    let judged = || flight.observer.slaves().filter(|(node, track)| is_judged(*node, track));
+    let slaves = judged().count();
+    let others: Vec<(Node, &Track)> = judged().filter(|(_, track)| !is_operational(track)).collect();
     Check::new(
         "slaves operational at the end",
         format_args!("{slaves} of {slaves}"),
@@ -176,7 +185,7 @@ fn of_masters(flight: &Flight) -> Vec<Check> {
         let measured = if rivalry.is_some() { 2 } else { 1 };
         checks.push(Check::new("masters active at the same time", "1 at most", measured, rivalry));
     }
-    if let Some(at) = flight.plan.standby_reset {
+    if let Some(at) = flight.plan.standby_reset() {
         let missing = flight.standby_reset().is_none().then(|| {
             let at = at.as_secs_f64();
             format!("no master was active at {at} s, so no standby was reset: give a later --cut-at")
@@ -184,7 +193,7 @@ fn of_masters(flight: &Flight) -> Vec<Check> {
         let measured = flight.standby_reset().map_or("none".into(), |(_, board)| name(board));
         checks.push(Check::new("standby to be reset", "one board", measured, missing));
     }
-    if let Some(at) = flight.plan.loss {
+    if let Some(at) = flight.plan.loss() {
         let reason = match (flight.loss(), flight.takeover()) {
             (None, _) => Some(format!("no master was active at {} s to lose its power", at.as_secs_f64())),
             (Some((_, board)), None) => {
@@ -241,6 +250,10 @@ fn damage(flight: &Flight) -> Vec<Check> {
 fn commands(flight: &Flight) -> Check {
     let of = |board: &BoardCount| {
         let track = flight.observer.nodes.get(&board.node).filter(|track| track.access.is_some())?;
+        // The counters of a board that starts again begin at zero.
+        if flight.plan.restarts(board.node) {
+            return None;
+        }
         let executed = board.counters.map_or(0, |counters| u64::from(counters.commands));
         Some((board.node, executed, track.tc_due))
     };

@@ -38,6 +38,8 @@ pub struct Flight {
     pub observer: Observer,
     /// Counters of the boards, master first.
     pub boards: Vec<BoardCount>,
+    /// Planned faults that could not be caused, with the reason.
+    pub refused: Vec<String>,
     /// Errors of the stamps of SYNC.
     pub stamp_errors: StampErrors,
     /// Errors of the slaves' clocks against the master's, by Node-ID.
@@ -185,15 +187,17 @@ impl Flight {
     /// Time of the reset of the standby, and that board.
     pub fn standby_reset(&self) -> Option<(Time, Node)> {
         self.records.iter().find_map(|record| match record.what {
-            FlightEvent::Reset(board) => Some((record.at, board)),
+            FlightEvent::Reset(board) if self.plan.standby_reset() == Some(record.at) => {
+                Some((record.at, board))
+            }
             _ => None,
         })
     }
 
-    /// Time at which the active one of two masters lost its power, and that board.
+    /// Time at which the first master lost its power, and that board.
     pub fn loss(&self) -> Option<(Time, Node)> {
         self.records.iter().find_map(|record| match record.what {
-            FlightEvent::PowerOff(board) => Some((record.at, board)),
+            FlightEvent::PowerOff(board) if is_master(board) => Some((record.at, board)),
             _ => None,
         })
     }
@@ -203,12 +207,13 @@ impl Flight {
         self.observer.takeover()
     }
 
-    /// Returns the faults that the demo caused, in chronological order: name in the pictures, and instant.
+    /// Returns the faults of the plan, in chronological order: name in the pictures, and instant.
     pub fn faults(&self) -> Vec<(&'static str, Time)> {
         let fault = |record: &Occurrence| match record.what {
             FlightEvent::Reset(_) => Some(("reset", record.at)),
             FlightEvent::Cut(_) => Some(("cut", record.at)),
             FlightEvent::PowerOff(_) => Some(("power off", record.at)),
+            FlightEvent::Other { name, .. } => Some((name, record.at)),
             _ => None,
         };
         self.records.iter().filter_map(fault).collect()

@@ -12,6 +12,8 @@ use can_twin::wire::record::Observation;
 use can_twin::wire::time::Time;
 
 use super::clocks::ClockWatch;
+use super::command::Operator;
+use super::fault::{self, Cause, Fault};
 use super::flight::{AbortedFrame, BoardCount, Flight, Interruption};
 use super::line::Line;
 use super::narrator::Narrator;
@@ -53,7 +55,7 @@ pub trait Watch: FnMut(Time, &[Line]) -> ControlFlow<Interruption> {}
 impl<F: FnMut(Time, &[Line]) -> ControlFlow<Interruption>> Watch for F {}
 
 /// Returns every [`STEP`] up to `end`, and each fault.
-fn stops(end: Time, faults: [Option<Time>; 3]) -> impl Iterator<Item = Time> {
+fn stops(end: Time, faults: Vec<Time>) -> impl Iterator<Item = Time> {
     let mut now = None::<Time>;
     std::iter::from_fn(move || {
         let next = match now {
@@ -61,7 +63,7 @@ fn stops(end: Time, faults: [Option<Time>; 3]) -> impl Iterator<Item = Time> {
             Some(now) if now >= end => return None,
             Some(now) => (now + STEP).min(end),
         };
-        let faults = faults.into_iter().flatten().filter(|at| now.is_none_or(|now| *at > now));
+        let faults = faults.iter().copied().filter(|at| now.is_none_or(|now| *at > now));
         now = Some(faults.fold(next, Time::min));
         now
     })
@@ -74,6 +76,10 @@ struct Mission {
     narrator: Narrator,
     records: Vec<Occurrence>,
     story: Vec<Line>,
+    /// Executes the commands among the faults.
+    operator: Operator,
+    /// Faults that could not be caused, with the reason.
+    refused: Vec<String>,
     last_frame: Time,
     stamps: StampWatch,
     clocks: ClockWatch,
@@ -84,11 +90,13 @@ struct Mission {
 impl Mission {
     fn prepare(plan: Plan, images: &Images) -> anyhow::Result<Mission> {
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+        let mut boards = BTreeMap::new();
         for board in &plan.boards {
             let name = super::narrator::name(board.node);
             let image = images.get(&board.node).with_context(|| format!("no image for {name}"))?;
             let config = board.config(plan.model(board), name, image.clone());
-            spacecraft.add_board(BoardConfig { crystal: board.crystal(), ..config });
+            let id = spacecraft.add_board(BoardConfig { crystal: board.crystal.clone(), ..config });
+            boards.insert(board.node, id);
         }
         Ok(Mission {
             observer: Observer::new(&plan),
@@ -98,6 +106,8 @@ impl Mission {
             spacecraft,
             records: Vec::new(),
             story: Vec::new(),
+            operator: Operator::new(boards, Vec::new()),
+            refused: Vec::new(),
             last_frame: Time::ZERO,
             stamps: StampWatch::default(),
             clocks: ClockWatch::default(),
@@ -105,36 +115,41 @@ impl Mission {
     }
 
     fn fly(&mut self, watch: &mut impl Watch) -> ControlFlow<Interruption> {
-        let Plan { standby_reset, cut, loss, end, .. } = self.plan;
-        for stop in stops(end, [standby_reset, cut.map(|cut| cut.at), loss]) {
+        let faults = self.plan.faults.iter().map(|fault| fault.at).collect();
+        for stop in stops(self.plan.end, faults) {
             self.advance(stop, watch)?;
-            let faults = self.cause_faults(stop);
-            if !faults.is_empty() {
-                self.take(faults.into_iter().map(|what| Occurrence { at: stop, what }).collect(), watch)?;
+            let now = self.plan.faults.iter().filter(|fault| fault.at == stop).cloned();
+            let caused: Vec<_> =
+                now.collect::<Vec<_>>().iter().filter_map(|fault| self.cause(fault)).collect();
+            if !caused.is_empty() {
+                self.take(caused.into_iter().map(|what| Occurrence { at: stop, what }).collect(), watch)?;
             }
         }
         ControlFlow::Continue(())
     }
 
-    /// Causes the faults that are planned for `now`. The active master is known only by its heartbeat.
-    fn cause_faults(&mut self, now: Time) -> Vec<FlightEvent> {
-        let Plan { standby_reset, cut, loss, .. } = self.plan;
+    /// Causes a fault now. The active master is known only by its heartbeat.
+    fn cause(&mut self, fault: &Fault) -> Option<FlightEvent> {
         let active = self.observer.active_master();
-        let standby = active.and_then(|active| self.plan.other_master(active));
-        let mut caused = Vec::new();
-        if let Some(standby) = standby.filter(|_| standby_reset == Some(now)) {
-            self.spacecraft.reset(self.board(standby));
-            caused.push(FlightEvent::Reset(standby));
+        match &fault.cause {
+            Cause::ResetStandby => {
+                let standby = self.plan.other_master(active?)?;
+                self.spacecraft.reset(self.board(standby));
+                Some(FlightEvent::Reset(standby))
+            }
+            Cause::LoseActive => {
+                let active = active?;
+                self.spacecraft.power(self.board(active), false);
+                Some(FlightEvent::PowerOff(active))
+            }
+            Cause::Command(command) => match self.operator.execute(command.clone(), &mut self.spacecraft) {
+                Ok(answer) if answer.starts_with("done") => fault::event(command, fault.at),
+                Ok(reason) | Err(reason) => {
+                    self.refused.push(format!("{}: {reason}", fault.origin));
+                    None
+                }
+            },
         }
-        if let Some(cut) = cut.filter(|cut| cut.at == now) {
-            self.spacecraft.wire_mut(cut.bus).cut(cut.position_m);
-            caused.push(FlightEvent::Cut(cut));
-        }
-        if let Some(active) = active.filter(|_| loss == Some(now)) {
-            self.spacecraft.power(self.board(active), false);
-            caused.push(FlightEvent::PowerOff(active));
-        }
-        caused
     }
 
     /// Runs to `until`. A board stopped by the twin stays behind; the verdict names it.
@@ -223,6 +238,7 @@ impl Mission {
             story: self.story,
             observer: self.observer,
             boards,
+            refused: self.refused,
             stamp_errors: self.stamps.errors(),
             clocks,
             uncompared,
@@ -306,18 +322,18 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
 mod tests {
     use super::*;
 
-    fn milliseconds(end: u64, faults: [Option<u64>; 3]) -> Vec<u64> {
-        let faults = faults.map(|fault| fault.map(Time::from_ms));
+    fn milliseconds(end: u64, faults: &[u64]) -> Vec<u64> {
+        let faults = faults.iter().copied().map(Time::from_ms).collect();
         stops(Time::from_ms(end), faults).map(|stop| stop.as_us() / 1000).collect()
     }
 
     #[test]
     fn watchers_look_every_step_and_at_each_fault() {
-        assert_eq!(milliseconds(25, [None; 3]), [0, 10, 20, 25]);
-        assert_eq!(milliseconds(25, [None, Some(13), None]), [0, 10, 13, 23, 25]);
+        assert_eq!(milliseconds(25, &[]), [0, 10, 20, 25]);
+        assert_eq!(milliseconds(25, &[13]), [0, 10, 13, 23, 25]);
         for step in [0, 10, 20] {
-            assert_eq!(milliseconds(20, [None, Some(step), None]), [0, 10, 20]);
+            assert_eq!(milliseconds(20, &[step]), [0, 10, 20]);
         }
-        assert_eq!(milliseconds(25, [Some(3), Some(6), Some(12)]), [0, 3, 6, 12, 22, 25]);
+        assert_eq!(milliseconds(25, &[3, 6, 12]), [0, 3, 6, 12, 22, 25]);
     }
 }

@@ -88,12 +88,17 @@ impl Narrator {
         match &record.what {
             FlightEvent::PowerOn(node) => lines.push(line(record.at, None, *node, "power on", Tone::Quiet)),
             FlightEvent::PowerOff(node) => {
-                self.fault = Some((Since::Loss, record.at));
+                if is_master(*node) {
+                    self.fault = Some((Since::Loss, record.at));
+                }
                 lines.push(fault(record.at, None, &format!("{} loses its power", name(*node))));
             }
             FlightEvent::Reset(node) => {
-                lines.push(fault(record.at, None, &format!("{}, the standby, is reset", name(*node))));
+                let standby =
+                    if self.plan.standby_reset() == Some(record.at) { ", the standby," } else { "" };
+                lines.push(fault(record.at, None, &format!("{}{standby} is reset", name(*node))));
             }
+            FlightEvent::Other { bus, text, .. } => lines.push(fault(record.at, Some(*bus), text)),
             FlightEvent::Cut(cut) => {
                 self.fault = Some((Since::Cut, record.at));
                 let text = format!("the {} bus is cut {}", cut.bus.name(), self.plan.place(cut));
@@ -295,7 +300,7 @@ mod tests {
         let first = beat(&mut narrator, 100, Bus::Nominal);
         assert_eq!(first, ["master: heartbeat on the nominal bus: it is the active one"]);
         assert_eq!(beat(&mut narrator, 350, Bus::Nominal), [""; 0]);
-        let cut = sample::at(500, FlightEvent::Cut(sample::plan().cut.expect("a cut")));
+        let cut = sample::at(500, FlightEvent::Cut(sample::plan().cut().expect("a cut")));
         assert_eq!(texts(&mut narrator, &cut), [": ===== the nominal bus is cut next to the master ====="]);
         let moved = beat(&mut narrator, 612, Bus::Redundant);
         assert_eq!(moved, ["master: heartbeat moved to the redundant bus, 112.0 ms after the cut"]);

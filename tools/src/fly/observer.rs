@@ -35,7 +35,7 @@ pub struct Observer {
     /// All boards, the master first.
     pub nodes: BTreeMap<Node, Track>,
     cut: Option<(Bus, Time)>,
-    /// Time at which the active one of two masters lost its power.
+    /// Time at which the active one of two masters lost its power, or was reset.
     lost: Option<Time>,
     /// Board that sent the last message of a master, and its instant.
     active: Option<(Node, Time)>,
@@ -93,18 +93,19 @@ impl Observer {
                 self.enter(*node, record.at, Phase::Starting, Bus::Nominal, &mut changes)
             }
             FlightEvent::PowerOff(node) => {
-                self.lost = Some(record.at);
+                self.lose(*node, record.at);
                 self.nodes.entry(*node).and_modify(|track| track.liveness.on_power_off());
                 let bus = self.nodes.get(node).map_or(Bus::Nominal, |track| track.now().bus);
                 self.enter(*node, record.at, Phase::Off, bus, &mut changes);
             }
             FlightEvent::Reset(node) => {
+                self.lose(*node, record.at);
                 let bus = self.nodes.get(node).map_or(Bus::Nominal, |track| track.now().bus);
                 self.enter(*node, record.at, Phase::Starting, bus, &mut changes);
             }
             FlightEvent::Cut(cut) => self.cut = Some((cut.bus, record.at)),
             FlightEvent::Frame(seen) => self.on_frame(record.at, seen, &mut changes),
-            FlightEvent::Log { .. } => {}
+            FlightEvent::Other { .. } | FlightEvent::Log { .. } => {}
         }
         changes
     }
@@ -117,6 +118,14 @@ impl Observer {
             track.fall_silent(node, end, &mut changes);
         }
         changes
+    }
+
+    /// Handles the loss of power or the reset of a board: another master may take over from the active one.
+    fn lose(&mut self, board: Node, at: Time) {
+        let has_other = self.nodes.keys().any(|node| is_master(*node) && *node != board);
+        if has_other && self.active_master() == Some(board) {
+            self.lost = Some(at);
+        }
     }
 
     fn expire(&mut self, now: Time, changes: &mut Vec<Change>) {

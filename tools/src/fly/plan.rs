@@ -1,5 +1,7 @@
 //! Plan of a flight: its boards, images and faults. The seed determines crystals, positions on the bus and power-on
-//! times.
+//! times, unless they are given.
+
+mod given;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,9 +11,12 @@ use can_twin::crystal::{Crystal, Ramp};
 use can_twin::image::Image;
 use can_twin::wire::time::Time;
 
+use super::criterion::Criterion;
+use super::fault::{Cause, Fault};
 use super::meaning::Scope;
 use super::options::{Options, SECONDS};
 use super::record::{Bus, CutPlan};
+use super::setup::Setup;
 use crate::images::support::board::{Board, Profile};
 use crate::images::support::misuse::Misuse;
 use crate::images::support::node::{MASTER, Node, SECOND_MASTER, is_master};
@@ -97,8 +102,8 @@ pub struct BoardPlan {
     pub is_minimal: bool,
     /// It has one controller and two transceivers.
     pub has_one_controller: bool,
-    /// Error of its crystal at time zero, parts per million.
-    pub crystal_ppm: f64,
+    /// Its crystal, which drifts while the board warms up, and makes noise.
+    pub crystal: Crystal,
     /// Position on both buses, metres from the master's end.
     pub position_m: f64,
     /// Time of its power-on.
@@ -111,16 +116,19 @@ impl BoardPlan {
         self.own_image.as_deref().unwrap_or("shipped")
     }
 
-    /// Its crystal, which drifts while the board warms up, and makes noise.
-    pub fn crystal(&self) -> Crystal {
-        let ppm = if self.node.is_multiple_of(2) { WARMING_PPM } else { -WARMING_PPM };
-        Crystal {
-            ramp: Some(Ramp { from: Time::ZERO, to: WARM, ppm }),
-            white_ppb: WHITE_PPB,
-            walk_ppb: WALK_PPB,
-            // Derived from the flight's seed, and different for each board.
-            seed: self.crystal_ppm.to_bits(),
-            ..Crystal::ppm(self.crystal_ppm)
+    /// Replaces what the seed chose by what is given.
+    fn set_up(&mut self, setup: Setup) {
+        if let Some(place_m) = setup.place_m {
+            self.position_m = place_m;
+        }
+        if let Some(ppm) = setup.crystal_ppm {
+            self.crystal = crystal(self.node, ppm);
+        }
+        if let Some(drift_ppm_per_s) = setup.drift_ppm_per_s {
+            (self.crystal.drift_ppm_per_s, self.crystal.ramp) = (drift_ppm_per_s, None);
+        }
+        if let Some(second) = setup.power_on {
+            self.power_on = from_seconds(second);
         }
     }
 
@@ -132,7 +140,7 @@ impl BoardPlan {
             model,
             image,
             straps: board.straps(self.node),
-            crystal: Crystal::ppm(self.crystal_ppm),
+            crystal: Crystal::ppm(self.crystal.ppm),
             position_m: self.position_m,
             power_on_at: self.power_on,
             fittings: Fittings {
@@ -158,12 +166,10 @@ pub struct Plan {
     pub boards: Vec<BoardPlan>,
     /// Length of the flight.
     pub end: Time,
-    /// Time at which the standby of two masters is reset.
-    pub standby_reset: Option<Time>,
-    /// The cut: bus, instant, and metres from the master's end.
-    pub cut: Option<CutPlan>,
-    /// Time at which the active one of two masters loses its power.
-    pub loss: Option<Time>,
+    /// Faults, those of one instant in the order in which they are caused.
+    pub faults: Vec<Fault>,
+    /// What must hold in addition to what always must.
+    pub criteria: Vec<Criterion>,
 }
 
 impl Default for Plan {
@@ -181,6 +187,7 @@ impl Plan {
     pub fn new(options: &Options) -> Result<Plan, Misuse> {
         let mut boards = boards(options.seed, &options.nodes());
         for board in &mut boards {
+            board.set_up(options.setup(board.node));
             let file = options.fleet.own_image(board.node).and_then(|path| path.file_name());
             board.own_image = file.map(|name| name.to_string_lossy().into_owned());
             board.is_minimal = options.minimal_nodes().contains(&board.node);
@@ -189,19 +196,52 @@ impl Plan {
         let fault = options.cut_second()?;
         let at = |share| fault.map(|second| from_seconds(share * second));
         let has_standby = boards.iter().any(|board| board.node == SECOND_MASTER);
-        let (cut_at, position_m) =
-            if has_standby { (at(CUT_SHARE), between_halves(&boards)) } else { (at(1.0), CUT_AT_M) };
-        Ok(Plan {
+        let (cut_at, position_m) = if has_standby {
+            (at(CUT_SHARE), between_halves(&boards))
+        } else {
+            (at(1.0), boards[0].position_m + CUT_AT_M)
+        };
+        let of_masters = |at: Option<Time>, cause| at.filter(|_| has_standby).map(|at| Fault::new(at, cause));
+        let reset = of_masters(at(RESET_SHARE), Cause::ResetStandby);
+        let cut = cut_at.map(|at| Fault::cut(CutPlan { bus: Bus::Nominal, at, position_m }));
+        let loss = of_masters(at(1.0), Cause::LoseActive);
+        let faults = options.faults.clone().into_iter().map(|fault| Fault {
+            at: from_seconds(fault.second),
+            cause: Cause::Command(fault.command),
+            origin: fault.origin,
+        });
+        let plan = Plan {
             board: options.fleet.target.board.clone(),
             own_board: options.fleet.own_board("fly")?,
             profile: options.fleet.target.profile,
             seed: options.seed,
             boards,
             end: from_seconds(options.seconds),
-            standby_reset: at(RESET_SHARE).filter(|_| has_standby),
-            cut: cut_at.map(|at| CutPlan { bus: Bus::Nominal, at, position_m }),
-            loss: at(1.0).filter(|_| has_standby),
-        })
+            faults: [reset, cut, loss].into_iter().flatten().chain(faults).collect(),
+            criteria: options.criteria.clone(),
+        };
+        plan.check_faults()?;
+        plan.check_criteria()?;
+        Ok(plan)
+    }
+
+    /// The first cut of a bus.
+    pub fn cut(&self) -> Option<CutPlan> {
+        self.faults.iter().find_map(Fault::as_cut)
+    }
+
+    /// Time at which the standby of two masters is reset.
+    pub fn standby_reset(&self) -> Option<Time> {
+        self.time_of(&Cause::ResetStandby)
+    }
+
+    /// Time at which the active one of two masters loses its power.
+    pub fn loss(&self) -> Option<Time> {
+        self.time_of(&Cause::LoseActive)
+    }
+
+    fn time_of(&self, cause: &Cause) -> Option<Time> {
+        self.faults.iter().find(|fault| fault.cause == *cause).map(|fault| fault.at)
     }
 
     /// Checks that the flight is long enough for its verdict: every slave can be operational again after the last
@@ -210,8 +250,9 @@ impl Plan {
     /// # Errors
     /// When it is shorter: the reason, and the allowed lengths.
     pub fn check_length(&self, options: &Options) -> Result<(), Misuse> {
-        let Some(fault) = self.loss.or(self.cut.map(|cut| cut.at)) else { return Ok(()) };
-        if self.loss.is_some_and(|loss| loss < EARLIEST_LOSS) {
+        // Faults of the user's are not judged by it: what must hold after them is in the criteria.
+        let Some(fault) = options.cut_second()?.map(from_seconds) else { return Ok(()) };
+        if self.loss().is_some_and(|loss| loss < EARLIEST_LOSS) {
             let (least, end) = (EARLIEST_LOSS.as_secs_f64(), options.seconds);
             let cause = format!(
                 "with two masters one of them must be active before the faults begin; allowed are {least} to {end}, the value of \
@@ -220,7 +261,7 @@ impl Plan {
             return Err(Misuse::value("fly", "--cut-at <S>", fault.as_secs_f64(), cause));
         }
         let needed = |fault| {
-            let takeover = self.loss.map(|_| {
+            let takeover = self.loss().map(|_| {
                 (TAKEN_OVER_WITHIN, "slaves are operational again under the other master".to_owned())
             });
             self.longest_search(fault).into_iter().chain(takeover).max_by_key(|(needs, _)| *needs)
@@ -238,7 +279,7 @@ impl Plan {
             Some(_) => (fault + needs).as_secs_f64(),
         };
         let (fault, needs, most) = (fault.as_secs_f64(), needs.as_secs_f64(), SECONDS.end());
-        let what = if self.loss.is_some() { "the loss of the master" } else { "the cut" };
+        let what = if self.loss().is_some() { "the loss of the master" } else { "the cut" };
         let cause = format!(
             "{why} up to {needs} s after {what} at {fault} s; allowed are {least} to {most}, or --cut-at never"
         );
@@ -365,7 +406,7 @@ pub fn boards(seed: u64, nodes: &BTreeSet<Node>) -> Vec<BoardPlan> {
             own_image: None,
             is_minimal: false,
             has_one_controller: false,
-            crystal_ppm: (2.0 * random.f64() - 1.0) * CRYSTAL_PPM,
+            crystal: crystal(node, (2.0 * random.f64() - 1.0) * CRYSTAL_PPM),
             position_m: match node {
                 MASTER => 0.0,
                 SECOND_MASTER => SECOND_AT_M,
@@ -375,6 +416,19 @@ pub fn boards(seed: u64, nodes: &BTreeSet<Node>) -> Vec<BoardPlan> {
         })
         .filter(|board| nodes.contains(&board.node))
         .collect()
+}
+
+/// Returns the crystal of a board with this error at time zero, in parts per million.
+pub fn crystal(node: Node, ppm: f64) -> Crystal {
+    let warming = if node.is_multiple_of(2) { WARMING_PPM } else { -WARMING_PPM };
+    Crystal {
+        ramp: Some(Ramp { from: Time::ZERO, to: WARM, ppm: warming }),
+        white_ppb: WHITE_PPB,
+        walk_ppb: WALK_PPB,
+        // Derived from the error, and so different for each board.
+        seed: ppm.to_bits(),
+        ..Crystal::ppm(ppm)
+    }
 }
 
 /// Returns the position half-way between the two slaves in the middle of the bus, metres. With an odd number of slaves
@@ -404,13 +458,24 @@ mod tests {
     }
 
     #[test]
+    fn what_is_given_replaces_what_the_seed_chose() {
+        let mut board = boards(1, &[5].into()).remove(0);
+        let before = board.clone();
+        board.set_up(Setup::default());
+        assert_eq!(board, before);
+        board.set_up(Setup { place_m: Some(7.0), drift_ppm_per_s: Some(0.5), ..Setup::default() });
+        assert_eq!((board.position_m, board.crystal.ppm), (7.0, before.crystal.ppm));
+        assert_eq!((board.crystal.drift_ppm_per_s, board.crystal.ramp), (0.5, None));
+    }
+
+    #[test]
     fn flight_of_two_masters_has_three_faults() {
         let plan = planned(3);
-        let at = [plan.standby_reset, plan.cut.map(|cut| cut.at), plan.loss];
+        let at = [plan.standby_reset(), plan.cut().map(|cut| cut.at), plan.loss()];
         assert_eq!(at, [5, 10, 20].map(|second| Some(Time::from_ms(1000 * second))));
         let one = Plan::default();
-        assert_eq!((one.standby_reset, one.loss), (None, None));
-        let cut = one.cut.map(|cut| (cut.at, one.place(&cut)));
+        assert_eq!((one.standby_reset(), one.loss()), (None, None));
+        let cut = one.cut().map(|cut| (cut.at, one.place(&cut)));
         assert_eq!(cut, Some((Time::from_ms(20_000), "next to the master")));
     }
 
@@ -420,7 +485,7 @@ mod tests {
     fn cut_parts_the_slaves_into_halves() {
         for (slaves, first_half) in [(1, 1), (2, 1), (3, 2), (14, 7)] {
             let plan = planned(slaves);
-            let cut = plan.cut.expect("a cut");
+            let cut = plan.cut().expect("a cut");
             let near = plan.boards.iter().filter(|board| board.position_m < cut.position_m);
             let near = near.filter(|board| !is_master(board.node)).count();
             assert_eq!(near, first_half, "{slaves} slaves");

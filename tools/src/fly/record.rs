@@ -92,10 +92,19 @@ pub enum FlightEvent {
     PowerOn(Node),
     /// A board lost its power.
     PowerOff(Node),
-    /// The demo pulled the reset pin of a board.
+    /// A fault pulled the reset pin of a board.
     Reset(Node),
-    /// The demo cut a bus.
+    /// A fault cut a bus.
     Cut(CutPlan),
+    /// Another fault of a bus, or the end of one.
+    Other {
+        /// The bus.
+        bus: Bus,
+        /// Name in pictures, one word.
+        name: &'static str,
+        /// The fault in a sentence, without its time.
+        text: String,
+    },
     /// A frame completed.
     Frame(Seen),
     /// A firmware logged a line.

@@ -7,10 +7,12 @@ pub mod standby;
 use std::time::Duration;
 
 use can_twin::bxcan::Attempt;
+use can_twin::crystal::Crystal;
 use can_twin::wire::frame::{WireFrame, WireId};
 use can_twin::wire::time::Time;
 
 use super::clocks::Clock;
+use super::fault::Fault;
 use super::flight::{AbortedFrame, BoardCount, Flight};
 use super::line::Line;
 use super::meaning::{Meaning, NmtState, Scope};
@@ -135,7 +137,7 @@ pub fn plan() -> Plan {
         own_image: None,
         is_minimal: false,
         has_one_controller: false,
-        crystal_ppm,
+        crystal: Crystal::ppm(crystal_ppm),
         position_m,
         power_on: Time::from_ms(power_on),
     };
@@ -146,9 +148,8 @@ pub fn plan() -> Plan {
         seed: 1,
         boards: vec![board(1, 12.0, 0.0, 20), board(2, -31.5, 4.2, 110), board(4, 48.0, 17.0, 230)],
         end: Time::from_ms(40_000),
-        standby_reset: None,
-        cut: Some(CUT),
-        loss: None,
+        faults: vec![Fault::cut(CUT)],
+        criteria: Vec::new(),
     }
 }
 
@@ -234,6 +235,7 @@ pub fn flight() -> Flight {
         story,
         observer,
         boards,
+        refused: Vec::new(),
         stamp_errors,
         clocks,
         uncompared: [(4, Unjudged::NotReceived { since: Time::ZERO })].into(),

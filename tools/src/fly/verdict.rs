@@ -61,6 +61,7 @@ mod tests {
     use can_twin::wire::time::Time;
 
     use super::*;
+    use crate::fly::fault::{Cause, Fault};
     use crate::fly::observer::Observer;
     use crate::fly::record::{Bus, FlightEvent, Level, Occurrence, SECOND_MASTER};
     use crate::fly::sample;
@@ -131,11 +132,11 @@ mod tests {
     #[test]
     fn a_lost_master_without_another_one_is_a_fault() {
         let mut flight = sample::flight();
-        flight.plan.loss = Some(flight.plan.end);
+        flight.plan.faults.push(Fault::new(flight.plan.end, Cause::LoseActive));
         assert_eq!(faults(&flight), ["no master was active at 40 s to lose its power"]);
         flight.records.push(sample::at(40_000, FlightEvent::PowerOff(1)));
         assert_eq!(faults(&flight), ["no board took over from master until the end"]);
-        flight.plan.standby_reset = Some(Time::from_ms(500));
+        flight.plan.faults.push(Fault::new(Time::from_ms(500), Cause::ResetStandby));
         let expected = "no master was active at 0.5 s, so no standby was reset: give a later --cut-at";
         assert_eq!(faults(&flight)[0], expected);
     }

@@ -7,6 +7,7 @@ mod demo;
 mod eds;
 mod elsewhere;
 mod endings;
+mod mission;
 mod schedule;
 mod twin;
 mod typed;

@@ -93,6 +93,6 @@ pub fn alias(name: &str) -> (String, Vec<String>) {
 }
 
 /// Root of this workspace.
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("a workspace").to_owned()
 }

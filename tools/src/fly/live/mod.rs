@@ -2,10 +2,8 @@
 
 mod channel;
 mod client;
-mod command;
 mod console;
 mod control;
-mod load;
 mod network;
 mod options;
 mod pace;
@@ -25,13 +23,13 @@ use can_twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig};
 use can_twin::wire::time::Time;
 use can_twin::wire::timing::BitTiming;
 
+use crate::fly::command::Operator;
 use crate::fly::plan;
 use crate::images::support::fleet::Images;
 use crate::images::support::misuse::Misuse;
 use crate::images::support::node::{MASTER, Node, SECOND_MASTER};
 use crate::images::support::output::{note, warn};
 use crate::images::support::stop::Stop;
-use command::Operator;
 use console::Console;
 use control::ControlPort;
 use network::{Network, kbit};
@@ -83,7 +81,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(control) = &control {
         console.say(format_args!("control: socket://{}", control.listener.local_addr()?));
     }
-    let operator = Operator::new(boards);
+    let operator = Operator::new(boards, vec![port::POSITION_M]);
     let faults = Vec::new();
     let lag = LagReporter::default();
     let mut run = Run { disagreement, spacecraft, ports, operator, console, control, recording, faults, lag };

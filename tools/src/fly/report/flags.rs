@@ -79,7 +79,7 @@ fn of_cut(flight: &Flight, axis: &Axis) -> Vec<Flag> {
     let brief = axis.layout.brief;
     let place = flight
         .plan
-        .cut
+        .cut()
         .filter(|_| !brief)
         .map_or(String::new(), |cut| format!(" {}", flight.plan.place(&cut)));
     let text = format!("cut{place}, {:.1} s", cut.as_secs_f64());

@@ -8,6 +8,7 @@ use crate::fly::flight::Flight;
 use crate::fly::meaning::Scope;
 use crate::fly::narrator::name;
 use crate::fly::outcome::UNKNOWN_IMAGES;
+use crate::fly::record::{FlightEvent, Node, Occurrence};
 use crate::fly::summary::Summary;
 use crate::fly::verdict::{Outcome, Verdict};
 
@@ -43,27 +44,40 @@ fn masters(summary: &Summary) -> &'static str {
     if summary.masters == 1 { "One master" } else { "Two masters" }
 }
 
-/// A sentence for each fault that the demo caused, in order of time.
+/// A sentence for each fault, in order of time.
 fn faults(flight: &Flight) -> String {
-    let reset = flight
-        .standby_reset()
-        .map(|(at, board)| format!("At {} s {}, the standby, was reset.", at.as_secs_f64(), name(board)));
-    let cut = flight.cut().map(|(at, bus)| {
-        let place = flight.plan.cut.map_or("", |cut| flight.plan.place(&cut));
-        format!("At {} s the {} bus was cut {place}.", at.as_secs_f64(), bus.name())
-    });
-    let faults: Vec<String> = [reset, cut, loss(flight)].into_iter().flatten().collect();
-    if faults.is_empty() { "No bus was cut.".into() } else { faults.join(" ") }
+    let sentences = flight.records.iter().filter_map(|record| sentence(flight, record));
+    let sentences: Vec<String> = sentences.collect();
+    if sentences.is_empty() { "No bus was cut.".into() } else { sentences.join(" ") }
+}
+
+/// A sentence about a record, if it is a fault.
+fn sentence(flight: &Flight, Occurrence { at, what }: &Occurrence) -> Option<String> {
+    let second = at.as_secs_f64();
+    Some(match what {
+        FlightEvent::Reset(board) if flight.standby_reset() == Some((*at, *board)) => {
+            format!("At {second} s {}, the standby, was reset.", name(*board))
+        }
+        FlightEvent::Reset(board) => format!("At {second} s {} was reset.", name(*board)),
+        FlightEvent::Cut(cut) => {
+            format!("At {second} s the {} bus was cut {}.", cut.bus.name(), flight.plan.place(cut))
+        }
+        FlightEvent::PowerOff(board) if flight.loss() == Some((*at, *board)) && flight.masters() > 1 => {
+            loss(flight, second, *board)
+        }
+        FlightEvent::PowerOff(board) => format!("At {second} s {} lost its power.", name(*board)),
+        FlightEvent::Other { text, .. } => format!("At {second} s {text}."),
+        _ => return None,
+    })
 }
 
 /// A sentence about the master that lost its power, and about the takeover.
-fn loss(flight: &Flight) -> Option<String> {
-    let (at, board) = flight.loss()?;
+fn loss(flight: &Flight, second: f64, board: Node) -> String {
     let end = flight.takeover().map_or("; no board took over".into(), |takeover| {
         let took = duration(takeover.took().as_secs_f64() * 1e3);
         format!("; {} took over {took} after its last heartbeat", name(takeover.to))
     });
-    Some(format!("At {} s {}, the active one, lost its power{end}.", at.as_secs_f64(), name(board)))
+    format!("At {second} s {}, the active one, lost its power{end}.", name(board))
 }
 
 /// Returns a notice about the images of the user's, and the omissions of the report.

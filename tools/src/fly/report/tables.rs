@@ -197,7 +197,7 @@ pub fn boards(flight: &Flight) -> Markup {
         vec![
             name(plan.node),
             second,
-            format!("{:+.1} ppm", plan.crystal_ppm),
+            format!("{:+.1} ppm", plan.crystal.ppm),
             format!("{:.1} m", plan.position_m),
             format!("{:.0} ms", plan.power_on.as_secs_f64() * 1e3),
             format!("{:.1} M", count.instructions as f64 / 1e6),

@@ -4,6 +4,7 @@
 //! one 1.2 s later. It loses its power at 20 s; the other master takes over 399 ms after its last heartbeat.
 
 use super::{at, frame};
+use crate::fly::fault::{Cause, Fault};
 use crate::fly::flight::{BoardCount, Flight};
 use crate::fly::plan::{BoardPlan, Plan};
 use crate::fly::record::{Bus, CutPlan, FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER};
@@ -26,9 +27,11 @@ const CUT: CutPlan = CutPlan { bus: Bus::Nominal, at: Time::from_ms(CUT_MS), pos
 fn plan() -> Plan {
     let mut plan = Plan {
         profile: Profile::Standby,
-        standby_reset: Some(Time::from_ms(RESET_MS)),
-        cut: Some(CUT),
-        loss: Some(Time::from_ms(LOSS_MS)),
+        faults: vec![
+            Fault::new(Time::from_ms(RESET_MS), Cause::ResetStandby),
+            Fault::cut(CUT),
+            Fault::new(Time::from_ms(LOSS_MS), Cause::LoseActive),
+        ],
         ..super::plan()
     };
     plan.boards.push(BoardPlan { node: SECOND_MASTER, position_m: 31.0, ..plan.boards[0].clone() });

@@ -19,10 +19,11 @@ use crate::bench::context::{Context, milliseconds};
 use crate::bench::row::Row;
 use can_twin::spacecraft::Bus;
 use ecss_can_cli::fly::Options;
+use ecss_can_cli::fly::fault::{Cause, Fault};
 use ecss_can_cli::fly::flight::Flight;
 use ecss_can_cli::fly::meaning::Meaning;
 use ecss_can_cli::fly::plan::Plan;
-use ecss_can_cli::fly::record::{MASTER, Node, Seen};
+use ecss_can_cli::fly::record::{CutPlan, MASTER, Node, Seen};
 use ecss_can_cli::images::support::board::Profile;
 
 /// Heartbeat period of the profile `librecube`. Its consumer time and Ttoggle follow.
@@ -57,7 +58,7 @@ const NEAR_MS: u64 = 500;
 const PARTIAL_MS: u64 = 3500;
 
 pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
-    let near = worst(context, Plan::default().cut.context("the demo has a cut")?.position_m, NEAR_MS)?;
+    let near = worst(context, Plan::default().cut().context("the demo has a cut")?.position_m, NEAR_MS)?;
     let partial = worst(context, behind_the_first_slave(&Plan::default()), PARTIAL_MS)?;
     let selective = selective(context.demo()?).context("slave 4 never came to the other bus")?;
     let (standby, claims) = standby(context)?;
@@ -88,10 +89,9 @@ struct FailOver {
 fn worst(context: &Context, position_m: f64, flown_on_ms: u64) -> anyhow::Result<FailOver> {
     let mut worst = FailOver { detection: 0.0, command_gap: 0.0, outage: 0.0 };
     for at in CUTS_MS {
-        let mut plan = Plan { end: Time::from_ms(at + flown_on_ms), ..Plan::default() };
-        if let Some(cut) = &mut plan.cut {
-            (cut.at, cut.position_m) = (Time::from_ms(at), position_m);
-        }
+        let cut = CutPlan { bus: Bus::Nominal, at: Time::from_ms(at), position_m };
+        let end = Time::from_ms(at + flown_on_ms);
+        let plan = Plan { end, faults: vec![Fault::cut(cut)], ..Plan::default() };
         let flight = context.fly(plan)?;
         let FailOver { detection, command_gap, outage } = fail_over(&flight)
             .with_context(|| format!("no fail-over within {flown_on_ms} ms of a cut at {at} ms"))?;
@@ -135,8 +135,8 @@ fn standby(context: &Context) -> anyhow::Result<(f64, f64)> {
     options.fleet.target.profile = Profile::Standby;
     let (mut worst, mut load): (f64, f64) = (0.0, 0.0);
     for at in LOSSES_MS {
-        let loss = Some(Time::from_ms(at));
-        let plan = Plan { standby_reset: None, cut: None, loss, ..Plan::new(&options)? };
+        let faults = vec![Fault::new(Time::from_ms(at), Cause::LoseActive)];
+        let plan = Plan { faults, ..Plan::new(&options)? };
         let flight = context.fly(plan)?;
         let takeover = flight.takeover().with_context(|| format!("no takeover after a loss at {at} ms"))?;
         worst = worst.max(milliseconds(takeover.took()));

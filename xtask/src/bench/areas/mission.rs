@@ -30,7 +30,7 @@ pub fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 fn measure_profile(context: &Context, profile: Profile) -> anyhow::Result<Vec<Row>> {
     let mut options = Options { minimal: 1, seconds: SECONDS, ..Options::default() };
     options.fleet.target.profile = profile;
-    let plan = Plan { standby_reset: None, cut: None, loss: None, ..Plan::new(&options)? };
+    let plan = Plan { faults: Vec::new(), ..Plan::new(&options)? };
     let flight = context.fly(plan)?;
     let roles = ["master", "standby", "slave", "minimal"];
     let mut rows: Vec<Row> = roles.into_iter().flat_map(|role| of_role(&flight, role)).collect();

@@ -28,7 +28,7 @@ fn flown() -> (Operator, Spacecraft) {
     };
     let boards = [1, 2, 3].map(&mut board).into();
     spacecraft.run_until(Time::from_us(10)).expect("it flies");
-    (Operator::new(boards), spacecraft)
+    (Operator::new(boards, vec![30.0]), spacecraft)
 }
 
 fn said(line: &str, (operator, spacecraft): &mut (Operator, Spacecraft)) -> Result<String, String> {

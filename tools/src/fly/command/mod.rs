@@ -1,7 +1,8 @@
-//! Commands to a running spacecraft: typed, or over the control port.
+//! Commands to a running spacecraft: typed, over the control port, or planned as faults of a flight.
 
 mod act;
 mod damage;
+pub mod load;
 mod status;
 
 pub use act::Operator;
@@ -95,6 +96,20 @@ pub enum Command {
     /// End the run
     #[command(visible_alias = "exit")]
     Quit,
+}
+
+impl Command {
+    /// Returns the boards that it names.
+    pub fn nodes(&self) -> Vec<Node> {
+        match self {
+            Command::Power { node, .. }
+            | Command::Reset { node }
+            | Command::Babble { node, .. }
+            | Command::Quiet { node, .. } => vec![*node],
+            Command::Flip { nodes, .. } => nodes.clone(),
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// Reason why a line is no command.

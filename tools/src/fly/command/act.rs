@@ -9,10 +9,9 @@ use can_twin::wire::fault::{Fault, Flip, Nodes, Place};
 use can_twin::wire::time::Time;
 
 use super::damage::Damage;
+use super::load::LoadMeter;
 use super::status::Heartbeats;
 use super::{Command, Level, NoCommand, Switch};
-use crate::fly::live::load::LoadMeter;
-use crate::fly::live::port::POSITION_M;
 use crate::images::support::node::Node;
 
 /// Last bit of the longest frame with an 11-bit identifier: 98 bits, 24 stuff bits, and 10 bits from the delimiter of the CRC on
@@ -23,6 +22,8 @@ const LAST_BIT: u8 = 131;
 #[derive(Debug)]
 pub struct Operator {
     boards: BTreeMap<Node, BoardId>,
+    /// Positions of nodes on both buses that are no boards, metres from the master's end.
+    others_m: Vec<f64>,
     heartbeats: Heartbeats,
     /// Load of each bus, nominal first.
     meters: [LoadMeter; 2],
@@ -35,10 +36,12 @@ pub struct Operator {
 }
 
 impl Operator {
-    /// Makes the operator of these boards.
-    pub fn new(boards: BTreeMap<Node, BoardId>) -> Operator {
+    /// Makes the operator of these boards. `others_m`: positions of nodes on both buses that are no boards, metres from the
+    /// master's end.
+    pub fn new(boards: BTreeMap<Node, BoardId>, others_m: Vec<f64>) -> Operator {
         Operator {
             boards,
+            others_m,
             heartbeats: Heartbeats::default(),
             meters: Default::default(),
             damage: Default::default(),
@@ -76,6 +79,14 @@ impl Operator {
             Err(NoCommand::Help(text)) => return Ok(text),
             Err(NoCommand::Mistake(text)) => return Err(text),
         };
+        self.execute(command, spacecraft)
+    }
+
+    /// Executes a command and returns the response. Begins with "done" if the command changed something.
+    ///
+    /// # Errors
+    /// When it cannot be executed: the reason.
+    pub fn execute(&mut self, command: Command, spacecraft: &mut Spacecraft) -> Result<String, String> {
         match command {
             Command::Cut { bus, metres } if self.damage(bus).is_cut(Some(metres)) => {
                 Ok(format!("already cut at {metres} m"))
@@ -204,13 +215,12 @@ impl Operator {
         }
     }
 
-    /// Returns the positions of the nodes of a bus, metres from the master's end, ascending: its boards, and the node
-    /// of the clients.
+    /// Returns the positions of the nodes of a bus, metres from the master's end, ascending.
     fn places(&self, spacecraft: &Spacecraft, bus: Bus) -> Vec<f64> {
         let is_here = |node: &Node| self.index(spacecraft, bus, *node).is_ok();
         let boards = self.boards.iter().filter(|(node, _)| is_here(node));
         let places = boards.map(|(_, board)| spacecraft.board(*board).config().position_m);
-        let mut places: Vec<f64> = places.chain([POSITION_M]).collect();
+        let mut places: Vec<f64> = places.chain(self.others_m.iter().copied()).collect();
         places.sort_by(f64::total_cmp);
         places
     }
@@ -269,7 +279,7 @@ fn done() -> Result<String, String> {
 }
 
 fn strike(spacecraft: &mut Spacecraft, bus: Bus, fault: Fault) -> Result<(), String> {
-    let at = spacecraft.now() + Time(1);
+    let at = spacecraft.now().max(spacecraft.wire(bus).now());
     spacecraft.wire_mut(bus).schedule(at, fault).map_err(|error| error.to_string())
 }
 
