@@ -314,9 +314,16 @@ fn own_images_are_judged_by_the_protocol_alone() {
     assert_eq!((pdos.len(), cycle.len()), (1, 1), "{summary}");
     assert_eq!(cycle[0]["values"][0][0], "Temperature");
     // The master sends no spacecraft time.
-    assert!(stdout.contains("clock of node 4 is not judged: no master sent the spacecraft time (181h)\n"), "{stdout}");
+    assert!(
+        stdout.contains("clock of node 4 is not judged: no master sent the spacecraft time (181h)\n"),
+        "{stdout}"
+    );
     assert_eq!(summary["access"], json!({ "3": "parallel", "4": "parallel" }), "{summary}");
-    assert_eq!(summary["data_sheets"], json!({ "3": { "file": "thermometer.eds", "device": null } }), "{summary}");
+    assert_eq!(
+        summary["data_sheets"],
+        json!({ "3": { "file": "thermometer.eds", "device": null } }),
+        "{summary}"
+    );
     let aborted = summary["aborted"].as_array().expect("an array");
     let count: u64 = aborted.iter().filter_map(|frames| frames["frames"].as_u64()).sum();
     assert_eq!(summary["aborted_frames"], count, "{summary}");
