@@ -1,5 +1,6 @@
 //! Tables of emergencies and of other events, in chronological order.
 
+use super::instant;
 use super::tables::{bounded, cards, number, plain};
 use crate::fly::emergencies::EqualEmergencies;
 use crate::fly::flight::Flight;
@@ -12,7 +13,7 @@ use maud::{Markup, html};
 pub fn emergencies(summary: &Summary) -> Markup {
     let row = |message: &EqualEmergencies| {
         let EqualEmergencies { node, code, register, details, buses, count, .. } = message;
-        let [first, last] = [message.first_at_seconds, message.last_at_seconds].map(seconds);
+        let [first, last] = [message.first_at_seconds, message.last_at_seconds].map(instant);
         let last = if *count > 1 { last } else { String::new() };
         let texts = [buses.join(", "), code.clone(), register.clone(), details.clone()];
         [name(*node), count.to_string(), first, last].into_iter().chain(texts).collect()
@@ -29,13 +30,8 @@ pub fn others(flight: &Flight) -> Markup {
     let row = |line: &Line| {
         let bus = line.bus.map_or("", |bus| bus.name());
         let text = line.text.trim_matches(['=', ' ']);
-        vec![seconds(line.at.as_secs_f64()), bus.into(), line.who.clone(), text.into()]
+        vec![instant(line.at.as_secs_f64()), bus.into(), line.who.clone(), text.into()]
     };
     let events = flight.story.iter().filter(|line| line.topic == Topic::Event);
     bounded(&["time", "bus", "node", "event"], events.map(row).collect(), plain)
-}
-
-/// Formats an instant.
-pub fn seconds(at: f64) -> String {
-    format!("{at:.4} s")
 }

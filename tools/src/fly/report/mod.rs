@@ -355,5 +355,10 @@ fn duration(milliseconds: f64) -> String {
     }
 }
 
+/// Formats an instant in seconds.
+fn instant(seconds: f64) -> String {
+    format!("{seconds:.4} s")
+}
+
 #[cfg(test)]
 mod tests;

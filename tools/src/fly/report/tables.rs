@@ -1,7 +1,7 @@
 //! The tables of a report.
 
 use super::duration;
-use super::events::seconds;
+use super::instant;
 use super::kind::Kind;
 use can_twin::pulses::Errors;
 use can_twin::wire::time::Time;
@@ -117,7 +117,7 @@ pub fn sheets(summary: &Summary) -> Markup {
 pub fn aborted(summary: &Summary) -> Markup {
     let row = |frames: &AbortedFrames| {
         let AbortedFrames { node, bus, cob_id, failed, arbitration_lost, not_attempted, .. } = frames;
-        let [first, last] = [frames.first_at_seconds, frames.last_at_seconds].map(seconds);
+        let [first, last] = [frames.first_at_seconds, frames.last_at_seconds].map(instant);
         let counts =
             [frames.frames, *failed, *arbitration_lost, *not_attempted].map(|count| count.to_string());
         [name(*node), (*bus).into(), cob_id.clone()].into_iter().chain(counts).chain([first, last]).collect()
