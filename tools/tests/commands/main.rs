@@ -7,6 +7,7 @@ mod demo;
 mod eds;
 mod elsewhere;
 mod endings;
+mod new;
 mod schedule;
 mod twin;
 mod typed;
