@@ -17,6 +17,8 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail, ensure};
 use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag, TagEnd};
 
+use crate::program;
+
 /// A block of code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
@@ -30,13 +32,10 @@ pub enum Step {
     Output(String),
 }
 
-/// Path of this repository on the pages.
-const REPOSITORY: &str = "../ecss-can";
-
-/// Returns the steps of `docs/your-own.md`, with the actual path of this repository.
+/// Returns the steps of `docs/your-own.md`.
 ///
 /// # Errors
-/// When the page cannot be read, has a block without a meaning, or does not name the repository.
+/// When the page cannot be read, or has a block without a meaning.
 pub fn your_own() -> anyhow::Result<Vec<Step>> {
     steps_of("docs/your-own.md")
 }
@@ -51,10 +50,7 @@ pub fn your_own_master() -> anyhow::Result<Vec<Step>> {
 }
 
 fn steps_of(page: &str) -> anyhow::Result<Vec<Step>> {
-    let root = root()?;
-    let text = fs::read_to_string(root.join(page))?;
-    ensure!(text.contains(REPOSITORY), "{page} does not name {REPOSITORY}");
-    steps(&text.replace(REPOSITORY, &root.display().to_string()))
+    steps(&fs::read_to_string(root()?.join(page))?)
 }
 
 fn root() -> anyhow::Result<&'static Path> {
@@ -112,25 +108,30 @@ pub struct Folder {
     top: PathBuf,
     /// Working folder at the end of the last command.
     here: PathBuf,
-    /// Folder that is searched for programs before PATH.
-    tools: Option<PathBuf>,
+    /// Folders that are searched for programs before PATH: that of `ecss-can` is the first.
+    tools: Vec<PathBuf>,
     /// Output of the last commands.
     printed: String,
 }
 
 impl Folder {
-    /// Makes the folder `top`, with the programs of PATH.
-    pub fn new(top: &Path) -> Folder {
-        Folder { top: top.into(), here: top.into(), tools: None, printed: String::new() }
+    /// Uses the folder `top`, with the programs of PATH and `ecss-can` of this repository.
+    ///
+    /// # Errors
+    /// When `ecss-can` cannot be built.
+    pub fn new(top: &Path) -> anyhow::Result<Folder> {
+        let program = program::executable()?.parent().context("a program is in a folder")?;
+        Ok(Folder { top: top.into(), here: top.into(), tools: vec![program.into()], printed: String::new() })
     }
 
-    /// Searches the folder `tools` for programs before PATH.
+    /// Searches the folder `tools` for programs, too.
     #[must_use]
-    pub fn with_tools(self, tools: &Path) -> Folder {
-        Folder { tools: Some(tools.into()), ..self }
+    pub fn with_tools(mut self, tools: &Path) -> Folder {
+        self.tools.push(tools.into());
+        self
     }
 
-    /// Keeps the build of the existing package `name` in `target/page` of this repository for the next run.
+    /// Keeps the build of the new package `name` in `target/page` of this repository for the next run.
     ///
     /// # Errors
     /// When the link cannot be made.
@@ -143,7 +144,7 @@ impl Folder {
     }
 
     /// Executes a step except [`Step::Background`]: writes a file, runs commands, or compares the output of the
-    /// previous ones. Keeps the build of the package that `cargo new` makes.
+    /// previous ones. Keeps the build of a project that `ecss-can new` makes.
     ///
     /// # Errors
     /// When a file cannot be written, a command fails, or prints something else.
@@ -153,7 +154,8 @@ impl Folder {
             Step::File(path, text) => self.write(path, text)?,
             Step::Run(commands) => {
                 self.printed = self.run(commands)?;
-                let made = commands.strip_prefix("cargo new ").and_then(|rest| rest.lines().next());
+                let made =
+                    commands.strip_prefix("ecss-can new ").and_then(|rest| rest.split_whitespace().nth(1));
                 made.map_or(Ok(()), |package| self.keep_target(package))?;
             }
             Step::Output(expected) => ensure!(self.printed.ends_with(expected), "{}", self.printed),
@@ -198,10 +200,9 @@ impl Folder {
         let mut shell = Command::new("sh");
         ecss_can_cli::images::clean(&mut shell);
         shell.args(["-c", script]).current_dir(&self.here).stdin(Stdio::null()).stderr(Stdio::inherit());
-        if let Some(tools) = &self.tools {
-            let path = std::env::var("PATH").unwrap_or_default();
-            shell.env("PATH", format!("{}:{path}", tools.display()));
-        }
+        let tools = self.tools.iter().map(|folder| folder.display().to_string());
+        let path = std::env::var("PATH").unwrap_or_default();
+        shell.env("PATH", tools.chain([path]).collect::<Vec<_>>().join(":"));
         shell
     }
 }

@@ -158,21 +158,17 @@ impl Image {
     /// Places of a project with an image in `folder`.
     fn places(&self, name: &str, folder: &Path) -> anyhow::Result<Places> {
         self.board.check_images("new")?;
-        let (dependency, board) = match self.board.board_crate() {
-            BoardCrate::Shipped(board) => (
-                format!("{{ package = \"ecss-can-{board}\", version = \"{}\" }}", version()),
-                board.to_owned(),
-            ),
+        let dependency = match self.board.board_crate() {
+            BoardCrate::Shipped(board) => {
+                format!("{{ package = \"ecss-can-{board}\", version = \"{}\" }}", version())
+            }
             BoardCrate::Elsewhere(board) => {
                 let (board, package) = package_of(board)?;
                 let path = checkout::relative(&board, folder).display().to_string();
-                (format!("{{ package = {package:?}, path = {path:?} }}"), path)
+                format!("{{ package = {package:?}, path = {path:?} }}")
             }
         };
-        Ok(places(name)
-            .with("board", dependency)
-            .with("mission_board", board)
-            .with("node", self.node.to_string()))
+        Ok(places(name).with("board", dependency).with("node", self.node.to_string()))
     }
 }
 

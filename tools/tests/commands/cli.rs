@@ -133,7 +133,9 @@ fn an_image_without_counters_is_refused_by_the_demo() {
 fn the_commands_for_users_are_listed_with_help() {
     let listed = TOOLS.subcommands();
     let names: Vec<&str> = listed.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(names, ["fly", "twin", "eds", "campaign", "schedule", "help"]);
+    let expected =
+        ["new", "fly", "twin", "eds", "campaign", "schedule", "doctor", "completions", "man", "help"];
+    assert_eq!(names, expected);
     assert!(listed.iter().all(|(_, help)| !help.is_empty()), "{listed:?}");
 }
 

@@ -8,6 +8,7 @@ mod eds;
 mod elsewhere;
 mod endings;
 mod mission;
+mod new;
 mod schedule;
 mod twin;
 mod typed;

@@ -35,6 +35,7 @@ mod selftest;
 mod silicon;
 mod stamps;
 mod store;
+mod templates;
 mod thermometer;
 mod too_much;
 mod unheard;

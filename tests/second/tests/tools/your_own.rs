@@ -14,7 +14,8 @@ const NOMINAL: &str = "socket://127.0.0.1:29501";
 fn client_of_the_page_talks_to_the_device() {
     let top = page::fresh_folder("ecss-can-client").unwrap_or_else(|failure| panic!("{failure:#}"));
     let python = tools::python().unwrap_or_else(|failure| panic!("{failure:#}"));
-    let mut folder = Folder::new(&top).with_tools(python.parent().unwrap());
+    let folder = Folder::new(&top).unwrap_or_else(|failure| panic!("{failure:#}"));
+    let mut folder = folder.with_tools(python.parent().unwrap());
     let steps = page::your_own().and_then(|steps| follow(&steps, &mut folder));
     steps.unwrap_or_else(|failure| panic!("{failure:#}"));
     std::fs::remove_dir_all(&top).unwrap();

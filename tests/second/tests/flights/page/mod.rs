@@ -31,7 +31,7 @@ fn steps_up_to_the_client_work() {
 /// Executes the steps of a page before the first one that keeps running. Returns the number of outputs on that part of
 /// the page.
 fn follow(top: &Path, steps: anyhow::Result<Vec<Step>>) -> usize {
-    let mut folder = Folder::new(top);
+    let mut folder = Folder::new(top).unwrap_or_else(|failure| panic!("{failure:#}"));
     let steps = steps.unwrap_or_else(|failure| panic!("{failure:#}"));
     let steps: Vec<&Step> = steps.iter().take_while(|step| !matches!(step, Step::Background(_))).collect();
     for step in &steps {
