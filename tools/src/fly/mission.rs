@@ -95,7 +95,7 @@ impl Mission {
             let name = super::narrator::name(board.node);
             let image = images.get(&board.node).with_context(|| format!("no image for {name}"))?;
             let config = board.config(plan.model(board), name, image.clone());
-            let id = spacecraft.add_board(BoardConfig { crystal: board.crystal.clone(), ..config });
+            let id = spacecraft.add_board(BoardConfig { crystal: board.crystal, ..config });
             boards.insert(board.node, id);
         }
         Ok(Mission {

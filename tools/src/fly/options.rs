@@ -90,7 +90,7 @@ pub struct Options {
     pub seconds: f64,
 
     /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
-    /// [default: half of SECONDS, or never with other faults]; node 4 needs 13 s after the cut to be found again, and up to
+    /// [default: half of SECONDS], never with other faults; node 4 needs 13 s after the cut to be found again, and up to
     /// 38.8 s after a cut in the first 0.6 s, before the master has heard a slave; a shorter run is refused.
     /// In profile standby: when the active master loses its power, at least 5. The standby is reset at a quarter of it, and the
     /// nominal bus is cut between the two halves of the slaves at half of it. "never" leaves out all three faults

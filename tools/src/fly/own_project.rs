@@ -31,11 +31,11 @@ const CHIP: &str = "ecss-can-stm32f4";
 /// # Errors
 /// When the mission file is wrong, a package does not exist, or its data sheet cannot be made.
 pub fn complete(options: &mut Options, given: &BTreeSet<String>) -> anyhow::Result<()> {
-    let manifest = match &options.manifest_path {
-        Some(path) => {
-            Some(project::manifest(Some(path)).map_err(|error| Misuse::of("fly", error.to_string()))?)
-        }
-        None => project::manifest(None).ok(),
+    let manifest = project::manifest(options.manifest_path.as_deref());
+    let manifest = if options.manifest_path.is_some() || options.package.is_some() {
+        Some(manifest.map_err(|error| Misuse::of("fly", error.to_string()))?)
+    } else {
+        manifest.ok()
     };
     let beside =
         manifest.as_ref().map(|manifest| manifest.with_file_name(MISSION)).filter(|path| path.is_file());
