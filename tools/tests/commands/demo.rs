@@ -248,6 +248,19 @@ fn a_slave_with_one_controller_flies_beside_the_others() {
     flown.shows(&["node 4   1 controller, minimal"], &[("report.html", &report)]);
 }
 
+/// Given shipped slaves as images of the user's, when the nominal bus is cut, then their access is found: node 3 follows the master at
+/// once, and node 4 stays on the nominal bus.
+#[test]
+fn access_of_own_images_is_found_by_a_cut() {
+    let images = ecss_can_cli::images::build("pyboard-v11", "librecube").expect("images");
+    let slaves = [3, 4].map(|node| format!("{node}={}", images.slave.display()));
+    let master = images.master.to_str().expect("UTF-8");
+    let files = ["--master", master, "--slave", &slaves[0], "--slave", &slaves[1]];
+    let (flown, summary) = Flown::passed("--slaves 0 --seconds 5 --cut-at 3", &files);
+    assert_eq!(summary["access"], json!({ "3": "parallel", "4": "selective" }), "{summary}");
+    flown.shows(&[], &[("report.html", &["<td>node 4</td><td>selective</td>"])]);
+}
+
 fn example(package: &str) -> PathBuf {
     let built = Package::of_workspace(package).build(None).unwrap_or_else(|error| panic!("{error}"));
     built[0].clone()

@@ -15,7 +15,7 @@ pub fn emergencies(summary: &Summary) -> Markup {
         let EqualEmergencies { node, code, register, details, buses, count, .. } = message;
         let [first, last] = [message.first_at_seconds, message.last_at_seconds].map(instant);
         let last = if *count > 1 { last } else { String::new() };
-        let texts = [buses.join(", "), code.clone(), register.clone(), details.clone()];
+        let texts = [buses.join(", "), code.clone(), register.clone(), details.replace(' ', "\u{a0}")];
         [name(*node), count.to_string(), first, last].into_iter().chain(texts).collect()
     };
     let head = ["node", "messages", "first", "last", "bus", "error code", "error register", "details"];

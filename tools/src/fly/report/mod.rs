@@ -355,9 +355,9 @@ fn duration(milliseconds: f64) -> String {
     }
 }
 
-/// Formats an instant in seconds.
+/// Formats an instant in seconds, without a place for a line break.
 fn instant(seconds: f64) -> String {
-    format!("{seconds:.4} s")
+    format!("{seconds:.4}\u{a0}s")
 }
 
 #[cfg(test)]
