@@ -11,6 +11,8 @@ pub mod campaign;
 #[cfg(feature = "program")]
 pub mod eds;
 #[cfg(feature = "program")]
+pub mod firmware;
+#[cfg(feature = "program")]
 #[allow(missing_docs)]
 pub mod fly;
 pub mod images;

@@ -5,7 +5,7 @@
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use ecss_can_cli::{campaign, eds, fly, images, schedule};
+use ecss_can_cli::{campaign, eds, firmware, fly, images, schedule};
 
 /// Run, record and describe a spacecraft with two CAN buses.
 #[derive(Parser)]
@@ -17,6 +17,10 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Build the images of your project or of this one, and print their paths and sizes
+    Build(firmware::build::Options),
+    /// Build an image, write it to a board with probe-rs and show its log
+    Flash(firmware::flash::Options),
     /// Run the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
     Fly(fly::Options),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
@@ -31,6 +35,8 @@ enum Command {
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
+        Command::Build(options) => firmware::build::run(&options),
+        Command::Flash(options) => firmware::flash::run(&options),
         Command::Fly(options) => fly::run(&options),
         Command::Twin(options) => fly::live::run(&options),
         Command::Eds(options) => eds::run(&options),

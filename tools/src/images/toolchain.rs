@@ -1,7 +1,7 @@
 //! Selection of the toolchain for the boards.
 //!
 //! Tried in this order:
-//! 1. rustup's pinned toolchain with its thumb target installed, as rust-toolchain.toml asks for;
+//! 1. rustup's toolchain that the folder of the build asks for, by `rust-toolchain.toml`, with its thumb target installed;
 //! 2. Debian's `rustc-web` with `rust-web-src`, when installed: it builds `core` for the target, nothing is fetched;
 //! 3. `rustup target add`: as the user, without root; not where `RUSTUP_AUTO_INSTALL=0` forbids rustup to install;
 //! 4. installing Debian's packages, as root.
@@ -33,13 +33,13 @@ const DEBIAN_PACKAGES: [(&str, &str); 4] = [
 ];
 const DEBIAN_CLIPPY: (&str, &str) = ("rust-web-clippy", "/usr/bin/clippy-driver");
 
-/// Finds a toolchain or installs what is missing; `clippy`: including clippy.
+/// Finds a toolchain for a build in the folder `home`, or installs what is missing; `clippy`: including clippy.
 ///
 /// # Errors
 /// [`Error::NoToolchain`] with the command to run as root.
-pub fn find(clippy: bool) -> Result<Toolchain, Error> {
+pub fn find(home: &Path, clippy: bool) -> Result<Toolchain, Error> {
     let rustup_wanted = std::env::var("FIRMWARE_TOOLCHAIN").as_deref() != Ok("debian");
-    if rustup_wanted && has_rustup_target() {
+    if rustup_wanted && has_rustup_target(home) {
         return Ok(Toolchain::Rustup);
     }
     let wanted = DEBIAN_PACKAGES.into_iter().chain(clippy.then_some(DEBIAN_CLIPPY));
@@ -48,7 +48,7 @@ pub fn find(clippy: bool) -> Result<Toolchain, Error> {
     if missing.is_empty() {
         return Ok(Toolchain::Debian);
     }
-    if rustup_wanted && rustup_may_install() && add_rustup_target() {
+    if rustup_wanted && rustup_may_install() && add_rustup_target(home) {
         return Ok(Toolchain::Rustup);
     }
     let install = format!("apt-get update && apt-get install -y {}", missing.join(" "));
@@ -101,9 +101,9 @@ impl Toolchain {
     }
 }
 
-fn has_rustup_target() -> bool {
+fn has_rustup_target(home: &Path) -> bool {
     let output = clean(&mut Command::new("rustc"))
-        .current_dir(crate::images::workspace())
+        .current_dir(home)
         .args(["--print", "target-libdir", "--target", TARGET])
         .stderr(Stdio::null())
         .output();
@@ -117,10 +117,10 @@ fn rustup_may_install() -> bool {
     std::env::var("RUSTUP_AUTO_INSTALL").as_deref() != Ok("0")
 }
 
-fn add_rustup_target() -> bool {
+fn add_rustup_target(home: &Path) -> bool {
     note(format_args!("no target {TARGET} yet: rustup target add {TARGET}"));
     clean(&mut Command::new("rustup"))
-        .current_dir(crate::images::workspace())
+        .current_dir(home)
         .args(["target", "add", TARGET])
         .env("RUSTUP_MAX_RETRIES", "0")
         .stdin(Stdio::null())
