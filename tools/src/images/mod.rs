@@ -7,6 +7,7 @@
 //! [`support`] contains code that the commands of tools and xtask share.
 
 mod board_crate;
+mod checkout;
 mod chips;
 mod choice;
 mod elsewhere;

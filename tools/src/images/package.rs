@@ -10,8 +10,7 @@ use crate::images::board_crate::{check_chip, folders};
 use crate::images::manifest::parse_text;
 use crate::images::once::once;
 use crate::images::shipped::WORKSPACE;
-use crate::images::sources::is_checkout;
-use crate::images::{Error, Job, LOG, TARGET, command_line, keep, output, target, workspace};
+use crate::images::{Error, Job, LOG, TARGET, checkout, command_line, keep, output, target, workspace};
 
 /// An error that stopped a build.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -117,7 +116,8 @@ impl Package {
         let manifest =
             self.manifest.canonicalize().map_err(|error| Error::Directory(self.manifest.clone(), error))?;
         let root = workspace();
-        let is_ours = is_checkout() && root.canonicalize().is_ok_and(|root| manifest.starts_with(root));
+        let is_ours =
+            checkout::is_there() && root.canonicalize().is_ok_and(|root| manifest.starts_with(root));
         let home = if is_ours { &root } else { manifest.parent().unwrap_or(Path::new("/")) };
         let of_board = board.map_or(String::new(), |board| format!(" for {board}"));
         let task = format!("build {}{of_board}", self.name);

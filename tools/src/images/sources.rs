@@ -4,15 +4,10 @@
 //! `ecss-can-VERSION` in the target directory, and builds images there. The environment variable `ECSS_CAN_SOURCES=shipped`
 //! does so in a program with a checkout.
 
-use std::env;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use crate::images::{Error, shipped, target, workspace};
-
-/// Variable that selects the sources.
-const VARIABLE: &str = "ECSS_CAN_SOURCES";
-const SHIPPED: &str = "shipped";
+use crate::images::{Error, checkout, shipped, target, workspace};
 
 /// Place of the sources of the images.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,7 +22,7 @@ impl Sources {
     /// Returns the place for this process.
     pub(in crate::images) fn get() -> &'static Sources {
         static SOURCES: LazyLock<Sources> = LazyLock::new(|| {
-            if is_checkout() {
+            if checkout::is_there() {
                 Sources::Checkout(workspace())
             } else {
                 Sources::Shipped(target::target().join(concat!("ecss-can-", env!("CARGO_PKG_VERSION"))))
@@ -58,14 +53,4 @@ impl Sources {
             Sources::Shipped(root) => shipped::write(root),
         }
     }
-}
-
-/// Returns whether the images are built in the checkout that this program was built in: it is there, and no variable selects
-/// the shipped sources.
-pub(in crate::images) fn is_checkout() -> bool {
-    static IS_CHECKOUT: LazyLock<bool> = LazyLock::new(|| {
-        env::var(VARIABLE).as_deref() != Ok(SHIPPED)
-            && workspace().join("firmware/master/Cargo.toml").is_file()
-    });
-    *IS_CHECKOUT
 }

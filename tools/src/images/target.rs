@@ -9,9 +9,7 @@ use std::sync::LazyLock;
 use serde_json::Value;
 
 use crate::images::environment::host_cargo;
-use crate::images::sources::is_checkout;
-use crate::images::support::project;
-use crate::images::{Error, output, workspace};
+use crate::images::{Error, checkout, output, workspace};
 
 /// A file that cargo keeps in each target directory.
 const MARK: &str = ".rustc_info.json";
@@ -20,7 +18,7 @@ const VARIABLE: &str = "CARGO_TARGET_DIR";
 /// Returns the target directory for images. With a checkout it is the one that this program was built in. Otherwise it is that
 /// of the user's project, and outside of a project a folder of the user's cache.
 pub fn target() -> PathBuf {
-    if is_checkout() {
+    if checkout::is_there() {
         let program = env::current_exe().unwrap_or_default();
         return of_program(&program).map_or_else(|| workspace().join("target"), Path::to_path_buf);
     }
@@ -36,7 +34,7 @@ pub fn results() -> PathBuf {
 /// in.
 fn of_project() -> Option<&'static PathBuf> {
     static PROJECT: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
-        let manifest = project::own()?;
+        let manifest = checkout::manifest_elsewhere()?;
         let output = cargo_metadata(&manifest).stderr(Stdio::null()).output().ok()?;
         of_workspace(&serde_json::from_slice(&output.stdout).ok()?, &manifest).ok()
     });

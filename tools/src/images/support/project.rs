@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use crate::images::sources::is_checkout;
+use crate::images::checkout;
 
 /// `relative` below the root of the project.
 pub fn path(relative: &str) -> PathBuf {
@@ -34,16 +34,18 @@ pub fn manifest(given: Option<&Path>) -> anyhow::Result<PathBuf> {
         );
         return Ok(path);
     }
-    let found = here.ancestors().map(|folder| folder.join("Cargo.toml")).find(|path| path.is_file());
-    found.with_context(|| format!("no Cargo.toml in {} or above; give --manifest-path FILE", here.display()))
+    checkout::next_manifest()
+        .with_context(|| format!("no Cargo.toml in {} or above; give --manifest-path FILE", here.display()))
 }
 
-/// Returns the next `Cargo.toml` from the current folder upwards. `None`: there is none, or it belongs to the checkout that this
-/// program builds the shipped images in.
+/// Returns the root of the repository that this program was built in. `None`: it is not there, as for an installed program.
+pub fn repository() -> Option<PathBuf> {
+    checkout::is_there().then(|| path(""))
+}
+
+/// Returns the next `Cargo.toml` from the current folder upwards. `None`: there is none, or it belongs to [`repository`].
 pub fn own() -> Option<PathBuf> {
-    let manifest = manifest(None).ok()?;
-    let is_ours = is_checkout() && path("").canonicalize().is_ok_and(|root| manifest.starts_with(root));
-    (!is_ours).then_some(manifest)
+    checkout::manifest_elsewhere()
 }
 
 /// Formats a path without the current folder in front of it.
