@@ -19,7 +19,7 @@ use mission::{CommanderObjects, MissionObjects};
 use crate::images::support::board::{BitRate, Profile};
 use crate::images::support::misuse::Misuse;
 use crate::images::support::output;
-use crate::images::support::project::manifest;
+use crate::images::support::project::{self, manifest};
 
 /// Names of the data sheets of minimal slaves.
 const MINIMAL_EDS: &str = "minimal.eds";
@@ -78,7 +78,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     }
     let (usual, mut files) = match &options.package {
         Some(package) => (PathBuf::from("."), files_of(package, options)?),
-        None => (crate::images::support::project::path("docs/eds"), files(options)?),
+        None => (of_repository(), files(options)?),
     };
     if options.no_last_eds {
         files.iter_mut().for_each(|(_, text)| *text = without_last_eds(text));
@@ -93,6 +93,11 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         std::fs::write(&path, text).with_context(|| format!("writing {}", path.display()))?;
     }
     files.iter().try_for_each(|(name, _)| output::line(out.join(name).display()))
+}
+
+/// Returns the usual folder of the shipped data sheets: that of the repository, and for an installed program the current one.
+fn of_repository() -> PathBuf {
+    project::repository().map_or_else(|| PathBuf::from("."), |root| root.join("docs/eds"))
 }
 
 /// Removes the entry that names the data sheet from a file.

@@ -15,6 +15,8 @@ pub mod doctor;
 #[cfg(feature = "program")]
 pub mod eds;
 #[cfg(feature = "program")]
+pub mod firmware;
+#[cfg(feature = "program")]
 #[allow(missing_docs)]
 pub mod fly;
 #[cfg(feature = "program")]

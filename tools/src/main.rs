@@ -5,7 +5,7 @@
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use ecss_can_cli::{campaign, completions, doctor, eds, fly, help, images, man, new, schedule};
+use ecss_can_cli::{campaign, completions, doctor, eds, firmware, fly, help, images, man, new, schedule};
 
 /// Run, record and describe a spacecraft with two CAN buses.
 #[derive(Parser)]
@@ -19,6 +19,10 @@ struct Cli {
 enum Command {
     /// Write a new slave, master or board into a folder: built, tested and flown at once
     New(new::Options),
+    /// Build the images of your project or of this one, and print their paths and sizes
+    Build(firmware::build::Options),
+    /// Build an image, write it to a board with probe-rs and show its log
+    Flash(firmware::flash::Options),
     /// Run the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
     Fly(fly::CommandLine),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
@@ -46,6 +50,8 @@ fn main() -> ExitCode {
     let cli = Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
     let outcome = match cli.command {
         Command::New(options) => new::run(&options),
+        Command::Build(options) => firmware::build::run(&options),
+        Command::Flash(options) => firmware::flash::run(&options),
         Command::Fly(options) => fly::run(&options),
         Command::Twin(options) => fly::live::run(&options),
         Command::Eds(options) => eds::run(&options),

@@ -1,7 +1,7 @@
 //! Descriptions of boards: a file `board.toml` for each.
 //!
-//! A *description* names the part of a board, its oscillator and its pins. [`Description::shipped`] reads that of a board of this
-//! project, from `boards/<name>/board.toml`; [`Description::read`] reads any other. The format:
+//! A *description* names the part of a board, its oscillator and its pins. [`Description::shipped`] is that of a board of this
+//! project, which this crate contains; [`Description::read`] reads any other. The format:
 //!
 //! ```toml
 //! name = "discovery"
@@ -44,13 +44,20 @@ mod format;
 #[cfg(test)]
 mod tests;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::model::{Model, Oscillator};
 use check::Checker;
 
 /// Name of the file in the folder of a board.
 pub const FILE: &str = "board.toml";
+
+/// The boards of this project in alphabetical order, each with the text of its description.
+pub const SHIPPED: [(&str, &str); 3] = [
+    ("nucleo-f446re", include_str!("../boards/nucleo-f446re.toml")),
+    ("pyboard-v11", include_str!("../boards/pyboard-v11.toml")),
+    ("stm32f4discovery", include_str!("../boards/stm32f4discovery.toml")),
+];
 
 /// A board as its file describes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -95,17 +102,14 @@ impl Description {
     /// # Panics
     /// When the project has no such board, or its file is wrong: a mistake in the project, not an input.
     pub fn shipped(name: &str) -> Description {
-        Description::read(&folder().join(name)).unwrap_or_else(|wrong| panic!("{wrong}"))
+        let found = SHIPPED.iter().find(|(known, _)| *known == name);
+        let (_, text) = found.unwrap_or_else(|| panic!("this project has no board {name}"));
+        Description::parse(text, name).unwrap_or_else(|wrong| panic!("{wrong}"))
     }
 
     /// Returns the names of the boards of this project, in alphabetical order.
     pub fn names() -> Vec<String> {
-        let entries = std::fs::read_dir(folder()).into_iter().flatten().flatten();
-        let boards = entries.filter(|entry| entry.path().join(FILE).is_file());
-        let mut names: Vec<_> =
-            boards.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
+        SHIPPED.iter().map(|(name, _)| (*name).to_owned()).collect()
     }
 }
 
@@ -117,13 +121,6 @@ impl Model {
     pub fn shipped(name: &str) -> Model {
         Description::shipped(name).model
     }
-}
-
-/// Folder of the boards of this project.
-pub fn folder() -> PathBuf {
-    // This package is one folder below the root.
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(1);
-    root.unwrap_or(Path::new("")).join("boards")
 }
 
 /// Reads an oscillator: `8MHz` or `8MHz crystal` is a crystal, `8MHz external` an external clock.

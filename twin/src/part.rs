@@ -119,7 +119,7 @@ impl Part {
     }
 
     /// DEV_ID of DBGMCU_IDCODE. Lines of one family share it.
-    pub(crate) const fn device_id(self) -> u32 {
+    pub const fn device_id(self) -> u32 {
         self.idcode() & 0xFFF
     }
 

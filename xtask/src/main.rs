@@ -1,14 +1,13 @@
-//! `cargo xtask`: building, flashing, benchmarks, and checks of this repository. The program `ecss-can` has the commands for users.
+//! `cargo xtask`: benchmarks and checks of this repository. The program `ecss-can` has the commands for users.
 //!
-//! `cargo master`, `cargo slave` and `cargo minimal` are `cargo xtask flash`. Exit codes: [`ecss_can_cli::images::support::ending`].
+//! Exit codes: [`ecss_can_cli::images::support::ending`].
 
 #![forbid(unsafe_code)]
 
 mod api;
 mod bench;
+mod clippy;
 mod compliance;
-mod firmware;
-mod flash;
 mod licences;
 mod mutants;
 mod pictures;
@@ -21,7 +20,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Build, flash, measure and check this repository. To run a spacecraft: cargo demo, or cargo ecss-can --help
+/// Measure and check this repository. To build, flash and run a spacecraft: cargo ecss-can --help
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
 struct Cli {
@@ -31,10 +30,6 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Build the firmware images and print their paths and sizes
-    Firmware(firmware::Options),
-    /// Build an image, write it to a board with probe-rs and show its log
-    Flash(flash::Options),
     /// Check a bare board: flash a self-test and show its results, or run it on the emulated board
     Selftest(selftest::Options),
     /// Measure latency, load, fail-over, clocks and sizes, for target/bench/summary.json
@@ -63,8 +58,6 @@ enum Command {
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
-        Command::Firmware(options) => firmware::run(&options),
-        Command::Flash(options) => flash::run(&options),
         Command::Selftest(options) => selftest::run(&options),
         Command::Bench(options) => bench::run(&options),
         Command::Sizes(options) => bench::sizes(&options),
@@ -75,7 +68,7 @@ fn main() -> ExitCode {
         Command::Mutants(options) => mutants::run(&options),
         Command::Release(options) => release::run(&options),
         Command::TestAll(options) => test_all::run(&options),
-        Command::Clippy(options) => firmware::clippy(&options),
+        Command::Clippy(options) => clippy::run(&options),
         Command::Chips => ecss_can_cli::images::check_chips().map_err(Into::into),
     };
     ecss_can_cli::images::support::ending::end(outcome, Cli::command())

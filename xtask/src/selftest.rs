@@ -9,11 +9,10 @@ use can_twin::rtt::Level;
 use can_twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use can_twin::wire::time::Time;
 use clap::Args;
+use ecss_can_cli::firmware::flash;
 use ecss_can_cli::images::support::board::{Board, help};
 use ecss_can_cli::images::support::fleet;
 use ecss_can_cli::images::support::output::{self, Silently};
-
-use crate::flash;
 
 /// Node-ID of the emulated board's straps.
 const NODE: u8 = 2;
@@ -55,7 +54,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if options.twin {
         return fly(&options.board, &image);
     }
-    flash::write(&options.board, &image, &options.probe_rs)
+    flash::write(options.board.chip(), &image, &options.probe_rs)
 }
 
 /// Prints the log of the image on an emulated board.

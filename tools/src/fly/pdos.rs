@@ -19,10 +19,10 @@ use crate::images::support::misuse::Misuse;
 use crate::images::support::node::{MASTER, Node, is_master};
 
 /// Data sheets of the shipped images.
-const OF_MASTER: &str = include_str!("../../../docs/eds/master.eds");
-const OF_SLAVE: &str = include_str!("../../../docs/eds/slave.eds");
-const OF_MINIMAL: &str = include_str!("../../../docs/eds/minimal.eds");
-const OF_MINIMAL_LIBRECUBE: &str = include_str!("../../../docs/eds/minimal-librecube.eds");
+const OF_MASTER: &str = include_str!("../../eds/master.eds");
+const OF_SLAVE: &str = include_str!("../../eds/slave.eds");
+const OF_MINIMAL: &str = include_str!("../../eds/minimal.eds");
+const OF_MINIMAL_LIBRECUBE: &str = include_str!("../../eds/minimal-librecube.eds");
 
 /// Data sheets of the boards.
 #[derive(Clone, Debug, Default)]

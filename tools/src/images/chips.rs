@@ -50,7 +50,13 @@ pub fn check_chips() -> Result<(), Error> {
         return Err(Error::Failed(line, resolved.status));
     }
     let check = |what: &str, package: &str, features: &str, rest: &[&str]| {
-        let job = Job { home: &root, task: format!("check {what}"), log: LOG, is_locked: true };
+        let job = Job {
+            home: &root,
+            prepare: &|| Ok(()),
+            task: format!("check {what}"),
+            log: LOG,
+            is_locked: true,
+        };
         let what = ["--package", package, "--features", features].map(str::to_owned);
         job.run(&["check"], &what, rest, run)
     };

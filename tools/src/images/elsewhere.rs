@@ -5,15 +5,14 @@
 //! shipped manifest with the crate of the board as its only board, and with paths to the shipped sources: the code of
 //! the image is unchanged.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-use crate::images::{Error, board_crate, target, workspace};
-
-/// Packages of this project that are built for boards elsewhere: folders below `firmware`.
-const MEMBERS: [&str; 4] = ["master", "slave", "minimal", "checks"];
+use crate::images::manifest::{parse, store, strings, table, text};
+use crate::images::shipped::{MEMBERS, keep_profiles_of_images};
+use crate::images::sources::Sources;
+use crate::images::{Error, board_crate, target};
 
 /// A board of another repository.
 pub(in crate::images) struct Elsewhere {
@@ -49,7 +48,7 @@ impl Elsewhere {
     /// # Errors
     /// When a file cannot be read or written.
     pub(in crate::images) fn write(&self) -> Result<(), Error> {
-        let (root, home) = (workspace(), self.home());
+        let (root, home) = (Sources::get().root(), self.home());
         let shipped = parse(&root.join("Cargo.toml"))?;
         let mut boards = Vec::new();
         for member in MEMBERS {
@@ -62,29 +61,26 @@ impl Elsewhere {
         }
         boards.sort();
         boards.dedup();
-        store(&home.join("Cargo.toml"), &root_manifest(&shipped, &root, &boards).to_string())?;
-        store(&home.join("Cargo.lock"), &text(&root.join("Cargo.lock"))?)
+        store(&home.join("Cargo.toml"), &root_manifest(shipped, root, &boards).to_string())?;
+        store(&home.join("Cargo.lock"), &text(&root.join("Cargo.lock"))?)?;
+        // The toolchain of this project, wherever the workspace is.
+        store(&home.join("rust-toolchain.toml"), &text(&root.join("rust-toolchain.toml"))?)
     }
 }
 
 /// The manifest of the generated workspace: dependencies, package, lints and profiles of images of the shipped one,
 /// whose root is `root`. `boards` are the features that the sources test and the generated packages do not have.
-fn root_manifest(shipped: &Table, root: &Path, boards: &[String]) -> Table {
-    let mut workspace = shipped.get("workspace").and_then(Value::as_table).cloned().unwrap_or_default();
+fn root_manifest(mut shipped: Table, root: &Path, boards: &[String]) -> Table {
+    let workspace = table(&mut shipped, "workspace");
     workspace.remove("default-members");
     workspace.insert("members".into(), strings(MEMBERS));
-    if let Some(dependencies) = workspace.get_mut("dependencies").and_then(Value::as_table_mut) {
-        make_absolute(dependencies, root);
-    }
+    make_absolute(table(workspace, "dependencies"), root);
     let names: Vec<String> = boards.iter().map(|board| format!("{board:?}")).collect();
     let known = strings([format!("cfg(feature, values({}))", names.join(", "))]);
     let lint = Table::from_iter([("level".to_owned(), "warn".into()), ("check-cfg".to_owned(), known)]);
-    table(table(&mut workspace, "lints"), "rust").insert("unexpected_cfgs".into(), lint.into());
-    let profiles = shipped.get("profile").and_then(Value::as_table).cloned().unwrap_or_default();
-    // Other profiles name packages that the workspace does not have.
-    let profiles: Table =
-        profiles.into_iter().filter(|(name, _)| ["firmware", "release"].contains(&name.as_str())).collect();
-    Table::from_iter([("workspace".to_owned(), workspace.into()), ("profile".to_owned(), profiles.into())])
+    table(table(workspace, "lints"), "rust").insert("unexpected_cfgs".into(), lint.into());
+    keep_profiles_of_images(&mut shipped);
+    shipped
 }
 
 /// The manifest of a generated package: that of the image in `folder`, for one board.
@@ -148,37 +144,6 @@ fn make_absolute(dependencies: &mut Table, folder: &Path) {
             *path = folder.join(&*path).display().to_string();
         }
     }
-}
-
-/// The table `key` of a table, made where it is missing.
-fn table<'a>(of: &'a mut Table, key: &str) -> &'a mut Table {
-    let value = of.entry(key).or_insert_with(|| Table::new().into());
-    if !value.is_table() {
-        *value = Table::new().into();
-    }
-    value.as_table_mut().expect("a table")
-}
-
-fn strings<T: Into<String>>(texts: impl IntoIterator<Item = T>) -> Value {
-    texts.into_iter().map(|text| Value::from(text.into())).collect::<Vec<_>>().into()
-}
-
-fn text(path: &Path) -> Result<String, Error> {
-    fs::read_to_string(path).map_err(|error| Error::Directory(path.to_owned(), error))
-}
-
-fn parse(path: &Path) -> Result<Table, Error> {
-    text(path)?.parse().map_err(|error| Error::Manifest(path.to_owned(), format!("{error}")))
-}
-
-/// Writes a file unless it has this content, because cargo rebuilds after a change.
-fn store(path: &Path, content: &str) -> Result<(), Error> {
-    if fs::read_to_string(path).is_ok_and(|there| there == content) {
-        return Ok(());
-    }
-    let unusable = |error| Error::Directory(path.to_owned(), error);
-    path.parent().map_or(Ok(()), fs::create_dir_all).map_err(unusable)?;
-    fs::write(path, content).map_err(unusable)
 }
 
 #[cfg(test)]

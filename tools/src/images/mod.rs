@@ -7,13 +7,17 @@
 //! [`support`] contains code that the commands of tools and xtask share.
 
 mod board_crate;
+mod checkout;
 mod chips;
 mod choice;
 mod elsewhere;
 mod environment;
+mod manifest;
 mod once;
 mod package;
+mod shipped;
 mod site;
+mod sources;
 pub mod support;
 mod target;
 mod toolchain;
@@ -26,7 +30,6 @@ use std::process::{Command, Output, Stdio};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use elsewhere::Elsewhere;
 use site::Site;
 use support::output::note;
 
@@ -37,7 +40,7 @@ pub use chips::{CHIPS, check_chips};
 pub use choice::Choice;
 pub use environment::{clean, host_cargo};
 pub use package::{Package, Refusal};
-pub use target::target;
+pub use target::{results, target};
 #[cfg(feature = "program")]
 pub(crate) use toolchain::{Toolchain, installed};
 
@@ -139,6 +142,20 @@ pub fn build_logging<'a>(
     Ok(Images { master, slave })
 }
 
+/// Builds the image of the package `name`, `master`, `slave` or `minimal`, with this filter of the log. Returns its ELF file.
+///
+/// # Errors
+/// See [`Error`]; each says what to do.
+pub fn build_image<'a>(
+    board: impl Into<BoardCrate<'a>>,
+    name: &str,
+    profile: &str,
+    log: &str,
+) -> Result<PathBuf, Error> {
+    let [image] = programs(board.into(), profile, log, &[name], [name])?;
+    Ok(image)
+}
+
 /// Builds a program of the package `checks`, which needs no bus; returns its ELF file.
 ///
 /// # Errors
@@ -170,8 +187,7 @@ pub fn build_minimal<'a>(
     profile: &str,
     log: &str,
 ) -> Result<PathBuf, Error> {
-    let [image] = programs(board.into(), profile, log, &[MINIMAL], [MINIMAL])?;
-    Ok(image)
+    build_image(board, MINIMAL, profile, log)
 }
 
 /// Returns the image of an earlier [`build_minimal`] with the log of [`LOG`], if there was one.
@@ -187,7 +203,7 @@ pub fn built_minimal<'a>(board: impl Into<BoardCrate<'a>>, profile: &str) -> Opt
 pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let root = workspace();
     let task = format!("lint firmware for {board}, profile {profile}");
-    let job = Job { home: &root, task, log: LOG, is_locked: true };
+    let job = Job { home: &root, prepare: &|| Ok(()), task, log: LOG, is_locked: true };
     let what = [
         packages(&PACKAGES, Some(board), profile),
         packages(&[CHECKS], Some(board), "standard"),
@@ -243,18 +259,17 @@ fn programs<const N: usize>(
     names: [&str; N],
 ) -> Result<[PathBuf; N], Error> {
     let site = Site::of(board)?;
-    let home = site.elsewhere.as_ref().map_or_else(workspace, Elsewhere::home);
     // A generated workspace has no features for boards.
     let feature = site.elsewhere.is_none().then_some(&*site.name);
     let mut what = packages(of, feature, profile);
     what.extend(names.iter().flat_map(|name| ["--bin", name]).map(str::to_owned));
     let task = format!("build {} for {}, profile {profile}", names.join(" and "), site.name);
-    let job = Job { home: &home, task, log, is_locked: site.elsewhere.is_none() };
+    let home = site.home();
+    let job = Job { home: &home, prepare: &|| site.write(), task, log, is_locked: site.is_locked() };
     let to = folder(&site, profile, log);
     let from = job.target_dir().join(TARGET).join("firmware");
     once::once(format!("{} {log} {}", site.id, what.join(" ")), || {
         job.run(&["build"], &what, &[], |cargo| {
-            site.elsewhere.as_ref().map_or(Ok(()), Elsewhere::write)?;
             run(cargo)?;
             names.iter().map(|name| keep(&from.join(name), &to)).collect()
         })
@@ -266,6 +281,8 @@ fn programs<const N: usize>(
 struct Job<'a> {
     /// Working directory.
     home: &'a Path,
+    /// Writes the working directory, if it is generated. Called under the lock.
+    prepare: &'a dyn Fn() -> Result<(), Error>,
     /// Description for messages.
     task: String,
     /// Filter of the log.
@@ -296,6 +313,7 @@ impl Job<'_> {
         let lock = File::create(target::firmware().join("lock")).map_err(unusable)?;
         take(&lock).map_err(unusable)?;
 
+        (self.prepare)()?;
         let toolchain = toolchain::find(self.home, command[0] == "clippy")?;
         let task = format!("{}: {}", self.task, toolchain.name());
         let is_first = !target_dir.join(TARGET).exists();
@@ -312,6 +330,9 @@ impl Job<'_> {
         // These take precedence over the same settings in a configuration file of cargo.
         cargo.env("CARGO_ENCODED_RUSTFLAGS", flags().join("\x1F"));
         cargo.env("CARGO_INCREMENTAL", "0");
+        for wrapper in ["RUSTC_WRAPPER", "RUSTC_WORKSPACE_WRAPPER"] {
+            cargo.env(wrapper, "");
+        }
         cargo.env("CARGO_BUILD_BUILD_DIR", &target_dir);
         cargo.current_dir(self.home).args(command).args(toolchain.arguments());
         cargo.args((!is_first).then_some("--quiet"));
@@ -326,7 +347,8 @@ impl Job<'_> {
 }
 
 /// The flags of the compiler. Panics name files of packages without the user's directory: this saves 500 bytes and
-/// makes images independent of the user. Debug information contains complete paths.
+/// makes images independent of the user. Files of a checkout have the same names in a package that depends on it by path.
+/// Debug information contains complete paths.
 fn flags() -> Vec<String> {
     let cargo_home = env::var_os("CARGO_HOME").map(PathBuf::from);
     let cargo_home = cargo_home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
@@ -334,9 +356,8 @@ fn flags() -> Vec<String> {
     let mut flags: Vec<_> =
         registries.map(|registry| format!("--remap-path-prefix={}/=", registry.path().display())).collect();
     flags.sort();
-    if !flags.is_empty() {
-        flags.push("--remap-path-scope=macro".to_owned());
-    }
+    flags.push(format!("--remap-path-prefix={}/=", workspace().display()));
+    flags.push("--remap-path-scope=macro".to_owned());
     flags
 }
 
@@ -381,7 +402,7 @@ fn take(lock: &File) -> io::Result<()> {
     }
 }
 
-/// Root of the workspace.
+/// Root of the repository that this program was built in, where it may be no more.
 fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(1).unwrap_or(Path::new(".")).to_path_buf()
 }

@@ -7,8 +7,10 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 use crate::images::board_crate::{check_chip, folders};
+use crate::images::manifest::parse_text;
 use crate::images::once::once;
-use crate::images::{Error, Job, LOG, TARGET, command_line, keep, output, target, workspace};
+use crate::images::shipped::WORKSPACE;
+use crate::images::{Error, Job, LOG, TARGET, checkout, command_line, keep, output, target, workspace};
 
 /// An error that stopped a build.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,6 +36,17 @@ impl Package {
         Package { name: name.into(), manifest: workspace().join("Cargo.toml") }
     }
 
+    /// Returns the packages of a manifest that have images: its own package, or without one the members of the workspace that
+    /// depend on `cortex-m-rt`.
+    ///
+    /// # Errors
+    /// When cargo cannot read the manifest.
+    pub fn of_manifest(manifest: &Path) -> Result<Vec<Package>, Error> {
+        let metadata = target::metadata(manifest)?;
+        let names = of_metadata(&metadata, manifest).into_iter();
+        Ok(names.map(|name| Package { name, manifest: manifest.to_owned() }).collect())
+    }
+
     /// Builds its images as the shipped images are built: same toolchain, same profile of cargo. `board` is a board among its features;
     /// `None`: its manifest names the board. Returns the ELF file of each of its programs: in the folder `firmware` of
     /// its target directory, or there in a folder that has the name of the feature.
@@ -41,9 +54,21 @@ impl Package {
     /// # Errors
     /// See [`Error`]; each says what to do.
     pub fn build<'a>(&self, board: impl Into<Option<&'a str>>) -> Result<Vec<PathBuf>, Error> {
-        let board = board.into();
+        self.build_with(board.into(), &[], LOG)
+    }
+
+    /// As [`Package::build`], with these features and this filter of the log.
+    ///
+    /// # Errors
+    /// See [`Error`]; each says what to do.
+    pub fn build_with(
+        &self,
+        board: Option<&str>,
+        features: &[String],
+        log: &str,
+    ) -> Result<Vec<PathBuf>, Error> {
         let build = || {
-            self.run(board, "json-render-diagnostics", |cargo, to| {
+            self.run(board, features, log, "json-render-diagnostics", |cargo, to| {
                 let (line, output) = output(cargo)?;
                 if !output.status.success() {
                     return Err(Error::Failed(line, output.status));
@@ -53,7 +78,8 @@ impl Package {
                 built.map(|elf| keep(&elf, to)).collect()
             })
         };
-        once(format!("{} of {} for {board:?}", self.name, self.manifest.display()), build)
+        let (name, manifest) = (&self.name, self.manifest.display());
+        once(format!("{name} of {manifest} for {board:?} with {features:?} {log}"), build)
     }
 
     /// Builds it and returns each error of the compiler. If the build fails without one, as in a build script, that is
@@ -62,7 +88,7 @@ impl Package {
     /// # Errors
     /// See [`Error`].
     pub fn refusals<'a>(&self, board: impl Into<Option<&'a str>>) -> Result<Vec<Refusal>, Error> {
-        self.run(board.into(), "json", |cargo, _| {
+        self.run(board.into(), &[], LOG, "json", |cargo, _| {
             let line = command_line(cargo);
             let output = cargo.output().map_err(|error| Error::Spawn(line, error))?;
             let errors = messages(&output).filter_map(|message| {
@@ -82,20 +108,23 @@ impl Package {
     fn run<T>(
         &self,
         board: Option<&str>,
+        features: &[String],
+        log: &str,
         format: &str,
         run: impl FnOnce(&mut Command, &Path) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let manifest =
             self.manifest.canonicalize().map_err(|error| Error::Directory(self.manifest.clone(), error))?;
         let root = workspace();
-        let is_ours = root.canonicalize().is_ok_and(|root| manifest.starts_with(root));
+        let is_ours =
+            checkout::is_there() && root.canonicalize().is_ok_and(|root| manifest.starts_with(root));
         let home = if is_ours { &root } else { manifest.parent().unwrap_or(Path::new("/")) };
         let of_board = board.map_or(String::new(), |board| format!(" for {board}"));
         let task = format!("build {}{of_board}", self.name);
-        let job = Job { home, task, log: LOG, is_locked: is_ours };
+        let job = Job { home, prepare: &|| Ok(()), task, log, is_locked: is_ours };
         let mut what = vec!["--package".to_owned(), self.name.clone()];
-        if let Some(board) = board {
-            let feature = if is_ours { format!("{}/{board}", self.name) } else { board.to_owned() };
+        for feature in board.into_iter().chain(features.iter().map(String::as_str)) {
+            let feature = if is_ours { format!("{}/{feature}", self.name) } else { feature.to_owned() };
             what.extend(["--features".to_owned(), feature]);
         }
         what.push(format!("--message-format={format}"));
@@ -140,6 +169,28 @@ impl Package {
     }
 }
 
+/// Returns the names of the packages with images, from the output of `cargo metadata` for `manifest`.
+fn of_metadata(metadata: &Value, manifest: &Path) -> Vec<String> {
+    let packages = metadata["packages"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let names = |packages: &mut dyn Iterator<Item = &Value>| -> Vec<String> {
+        packages.filter_map(|package| Some(package["name"].as_str()?.to_owned())).collect()
+    };
+    let manifest = manifest.canonicalize().unwrap_or_else(|_| manifest.to_owned());
+    let is_own = |package: &&Value| {
+        let path = package["manifest_path"].as_str().map(Path::new);
+        path.and_then(|path| path.canonicalize().ok()).is_some_and(|path| path == manifest)
+    };
+    let own = names(&mut packages.iter().filter(is_own));
+    if !own.is_empty() {
+        return own;
+    }
+    let has_image = |package: &&Value| {
+        let all = package["dependencies"].as_array().map(Vec::as_slice).unwrap_or_default();
+        all.iter().any(|dependency| dependency["name"] == "cortex-m-rt")
+    };
+    names(&mut packages.iter().filter(has_image))
+}
+
 /// Returns the messages of cargo, one per line.
 fn messages(output: &Output) -> impl Iterator<Item = Value> {
     output.stdout.split(|byte| *byte == b'\n').filter_map(|line| serde_json::from_slice(line).ok())
@@ -147,11 +198,7 @@ fn messages(output: &Output) -> impl Iterator<Item = Value> {
 
 /// The profile `firmware` of this workspace as settings for `cargo --config`: another workspace has none.
 fn profile() -> Result<Vec<String>, Error> {
-    let manifest = workspace().join("Cargo.toml");
-    let unusable = |error| Error::Directory(manifest.clone(), error);
-    let text = fs::read_to_string(&manifest).map_err(unusable)?;
-    let parsed: toml::Table =
-        text.parse().map_err(|error| unusable(std::io::Error::other(format!("{error}"))))?;
+    let parsed = parse_text(WORKSPACE, Path::new("Cargo.toml"))?;
     let profile = parsed.get("profile").and_then(|profiles| profiles.get("firmware"));
     let mut settings = Vec::new();
     if let Some(profile) = profile {

@@ -4,3 +4,4 @@ mod images;
 mod mistakes;
 mod pins;
 mod scratch;
+mod shipped;

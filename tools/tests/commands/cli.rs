@@ -112,6 +112,17 @@ fn images_of_the_user_are_checked_before_anything_is_built() {
     ]);
 }
 
+#[test]
+fn wrong_images_are_refused_with_the_known_ones() {
+    assert_refused(&[
+        ("build --board nucleo", &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]),
+        ("build --profile apollo", &["apollo", "--profile", "librecube", "standard"]),
+        ("build --bit-rate 800", &["800", "--bit-rate", "1000", "500", "125", "10"]),
+        ("build rover", &["rover", "master, slave, minimal"]),
+        ("build master --one-controller", &["--one-controller", "minimal slave", "Usage: ecss-can build"]),
+    ]);
+}
+
 /// Given an image that runs but exports no counters, when the demo is to fly it, then it is refused before the flight.
 #[test]
 fn an_image_without_counters_is_refused_by_the_demo() {
@@ -133,8 +144,20 @@ fn an_image_without_counters_is_refused_by_the_demo() {
 fn the_commands_for_users_are_listed_with_help() {
     let listed = TOOLS.subcommands();
     let names: Vec<&str> = listed.iter().map(|(name, _)| name.as_str()).collect();
-    let expected =
-        ["new", "fly", "twin", "eds", "campaign", "schedule", "doctor", "completions", "man", "help"];
+    let expected = [
+        "new",
+        "build",
+        "flash",
+        "fly",
+        "twin",
+        "eds",
+        "campaign",
+        "schedule",
+        "doctor",
+        "completions",
+        "man",
+        "help",
+    ];
     assert_eq!(names, expected);
     assert!(listed.iter().all(|(_, help)| !help.is_empty()), "{listed:?}");
 }

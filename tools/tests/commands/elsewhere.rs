@@ -7,6 +7,19 @@ use serde_json::Value;
 
 use crate::TOOLS;
 
+/// Given the crate of a board elsewhere, then `build` prints where its images are: in a folder that no board of this project has.
+#[test]
+fn images_are_built_for_a_board_elsewhere() {
+    let board = elsewhere(env!("CARGO_TARGET_TMPDIR"));
+    let (code, lines, stderr) = TOOLS.run(&["build", "--profile", "standard", "--board", &board]);
+    assert_eq!(code, 0, "{stderr}");
+    for (line, image) in lines.lines().zip(["master", "slave", "minimal"]) {
+        assert!(line.starts_with(image) && line.ends_with(&format!("/{image}")), "{lines}");
+        assert!(line.contains("/firmware/moved-") && line.contains("-standard/"), "{lines}");
+    }
+    assert_eq!(lines.lines().count(), 3);
+}
+
 /// Given the crate of a board elsewhere, when the shipped images run on it and the nominal bus is cut, then all of them
 /// follow the master. They are found again without a build, and the images of this project's boards are unchanged.
 #[test]

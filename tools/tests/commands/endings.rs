@@ -67,6 +67,7 @@ fn closed_stdout_ends_every_command_quietly() {
     for arguments in [
         &["fly", "--slaves", "1", "--seconds", "2", "--out", &out("fly")][..],
         &["eds", "--out", &out("eds")],
+        &["build", "slave"],
     ] {
         let (code, stderr) = TOOLS.run_with_closed_stdout(arguments);
         assert_eq!(code, PIPE_CLOSED, "{arguments:?}: {stderr}");

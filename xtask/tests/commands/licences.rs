@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Output;
 
 use crate::XTASK;
-use crate::fake::{fake, path_without};
+use second::programs::fake::{fake, path_without};
 
 /// PATH has `first` and no other cargo-deny.
 fn run(first: &Path, arguments: &[&str]) -> Output {

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::XTASK;
 use crate::docs::{metadata, root};
-use crate::fake::{path_without, script};
+use second::programs::fake::{path_without, script};
 
 /// Configurations of cargo-mutants: those of the first step, and those of a second one or of the only one.
 const CONFIGURATIONS: [&[&str]; 2] = [

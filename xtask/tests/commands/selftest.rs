@@ -21,11 +21,11 @@ fn arguments_of_probe_rs_are_refused_on_the_emulated_board() {
 #[cfg(unix)]
 #[test]
 fn image_is_handed_to_probe_rs() {
-    use crate::flash::{fake_probe_rs, path};
+    use second::programs::fake::{fake, path_without};
 
     let here = tempfile::tempdir().expect("a temporary directory");
-    let written = fake_probe_rs(here.path());
-    let path = path(Some(here.path()));
+    let written = fake(here.path(), "probe-rs", 7);
+    let path = path_without("probe-rs", Some(here.path()));
     let status = XTASK.command(&["selftest", "--", "--probe", "1234:5678"]).env("PATH", path).status();
     assert_eq!(status.expect("xtask starts").code(), Some(7));
     let told = std::fs::read_to_string(written).expect("probe-rs was called");

@@ -28,7 +28,7 @@ ecss-can-memory = { path = "ROOT/boards/memory" }
 /// # Panics
 /// When the description does not have a text that is to be replaced.
 pub fn description(changes: &[(&str, &str)]) -> (TempDir, String) {
-    let file = can_twin::description::folder().join("pyboard-v11/board.toml");
+    let file = root().join("boards/pyboard-v11/board.toml");
     let mut text = fs::read_to_string(file).expect("the description of the pyboard");
     for (from, to) in changes {
         assert!(text.contains(from), "{from}");

@@ -1,6 +1,7 @@
 //! Runs the programs `ecss-can` and `xtask` as a user does. The tests of both share this module.
 
 pub mod boards;
+pub mod fake;
 
 use std::fs;
 use std::io::{self, PipeWriter};
@@ -93,6 +94,9 @@ pub fn alias(name: &str) -> (String, Vec<String>) {
 }
 
 /// Root of this workspace.
+///
+/// # Panics
+/// When the folder of this package is not below it.
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("a workspace").to_owned()
 }

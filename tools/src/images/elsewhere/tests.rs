@@ -1,6 +1,7 @@
 //! The manifests generated from small shipped ones.
 
 use super::*;
+use crate::images::workspace;
 
 const ROOT: &str = r#"
 [workspace]
@@ -57,7 +58,7 @@ fn board() -> Elsewhere {
 #[test]
 fn root_has_what_images_inherit_with_absolute_paths() {
     let boards = ["nucleo-f446re", "pyboard-v11"].map(str::to_owned);
-    let made = root_manifest(&table_of(ROOT), Path::new("/project"), &boards);
+    let made = root_manifest(table_of(ROOT), Path::new("/project"), &boards);
     let expected = r#"
         [workspace]
         resolver = "3"

@@ -17,8 +17,8 @@ use crate::images::support::project;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Board {
     description: Arc<Description>,
-    /// Folder of the description, absolute if the folder exists.
-    folder: PathBuf,
+    /// Folder of a board that is not of this project, absolute if the folder exists.
+    elsewhere: Option<PathBuf>,
 }
 
 impl Board {
@@ -30,8 +30,7 @@ impl Board {
     /// # Panics
     /// When there is none, or its description is wrong.
     pub fn shipped(name: &str) -> Board {
-        let folder = description::folder().join(name);
-        Board { description: Arc::new(Description::shipped(name)), folder: absolute(&folder) }
+        Board { description: Arc::new(Description::shipped(name)), elsewhere: None }
     }
 
     /// Boards that the images of this project are built for, [`Board::DEFAULT`] first.
@@ -39,20 +38,23 @@ impl Board {
         built_names().iter().map(|name| Board::shipped(name)).collect()
     }
 
-    /// The value of `--board`: the name of a folder in `boards`, or the path of a `board.toml` or of its folder.
+    /// The value of `--board`: the name of a board of this project, or the path of a `board.toml` or of its folder.
     ///
     /// # Errors
     /// When there is no such board, or its description is wrong: what is allowed.
     pub fn parse(text: &str) -> Result<Board, String> {
+        if Description::names().iter().any(|name| name == text) {
+            return Ok(Board::shipped(text));
+        }
         let path = Path::new(text);
-        let path = match Description::names().iter().find(|name| *name == text) {
-            Some(name) => description::folder().join(name),
-            None if path.join(description::FILE).is_file() || path.is_file() => path.to_owned(),
-            None => return Err(format!("no such board; {}", allowed())),
-        };
-        let description = Description::read(&path).map_err(|wrong| wrong.to_string())?;
-        let folder = if path.is_dir() { &*path } else { path.parent().unwrap_or(Path::new("")) };
-        Ok(Board { description: Arc::new(description), folder: absolute(folder) })
+        if !path.join(description::FILE).is_file() && !path.is_file() {
+            return Err(format!("no such board; {}", allowed()));
+        }
+        let description = Description::read(path).map_err(|wrong| wrong.to_string())?;
+        let folder = absolute(if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) });
+        let is_shipped =
+            built_names().contains(&description.name) && folder == of_checkout(&description.name);
+        Ok(Board { description: Arc::new(description), elsewhere: (!is_shipped).then_some(folder) })
     }
 
     /// Returns this board with another part or oscillator, and a name that contains them.
@@ -76,7 +78,7 @@ impl Board {
         let chip = part.map_or(self.description.chip.clone(), |part| part.to_string());
         let name = format!("{} with {}, {} MHz", self.name(), model.part, model.oscillator.hz as f64 / 1e6);
         let description = Arc::new(Description { name, chip, model });
-        Ok(Board { description, folder: self.folder.clone() })
+        Ok(Board { description, elsewhere: self.elsewhere.clone() })
     }
 
     /// Returns its name: in the command line, in the summary, and as cargo feature of images.
@@ -104,11 +106,9 @@ impl Board {
 
     /// The crate of this board, for images of this project.
     pub fn board_crate(&self) -> BoardCrate<'_> {
-        let shipped = absolute(&description::folder().join(self.name()));
-        if self.folder == shipped && built_names().iter().any(|name| name == self.name()) {
-            BoardCrate::Shipped(self.name())
-        } else {
-            BoardCrate::Elsewhere(&self.folder)
+        match &self.elsewhere {
+            Some(folder) => BoardCrate::Elsewhere(folder),
+            None => BoardCrate::Shipped(self.name()),
         }
     }
 
@@ -131,6 +131,11 @@ impl Board {
     }
 }
 
+/// Folder of a board of this project in the checkout that this program was built in.
+fn of_checkout(name: &str) -> PathBuf {
+    absolute(&project::path("boards").join(name))
+}
+
 /// Makes a path absolute if it exists; otherwise returns it unchanged.
 fn absolute(path: &Path) -> PathBuf {
     // No path is the current folder.
@@ -140,8 +145,7 @@ fn absolute(path: &Path) -> PathBuf {
 
 /// Names of the boards of this project that its images choose from, by a dependency each, [`Board::DEFAULT`] first.
 pub fn built_names() -> Vec<String> {
-    let manifest = std::fs::read_to_string(project::path("firmware/master/Cargo.toml")).unwrap_or_default();
-    let manifest: toml::Table = manifest.parse().unwrap_or_default();
+    let manifest: toml::Table = crate::images::shipped::MASTER.parse().unwrap_or_default();
     let targets = manifest.get("target").and_then(toml::Value::as_table);
     let is_dependency = |name: &String| {
         let mut targets = targets.into_iter().flat_map(toml::Table::values);
@@ -267,7 +271,7 @@ mod tests {
     #[test]
     fn board_is_a_name_a_file_or_its_folder() {
         let pyboard = Board::shipped("pyboard-v11");
-        let folder = description::folder().join("pyboard-v11");
+        let folder = of_checkout("pyboard-v11");
         assert_eq!(Board::parse("pyboard-v11"), Ok(pyboard.clone()));
         assert_eq!(Board::parse(&folder.to_string_lossy()), Ok(pyboard.clone()));
         assert_eq!(Board::parse(&folder.join("board.toml").to_string_lossy()), Ok(pyboard));
@@ -290,7 +294,7 @@ mod tests {
     fn board_in_another_folder_is_another_crate() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("board.toml");
-        std::fs::copy(description::folder().join("pyboard-v11/board.toml"), &file).unwrap();
+        std::fs::copy(of_checkout("pyboard-v11").join("board.toml"), &file).unwrap();
         let board = Board::parse(&file.to_string_lossy()).unwrap();
         assert_eq!(board.board_crate(), BoardCrate::Elsewhere(&folder.path().canonicalize().unwrap()));
         let error = board.check_images("fly").unwrap_err().to_string();
@@ -300,7 +304,7 @@ mod tests {
         }
         std::fs::write(folder.path().join("Cargo.toml"), "").unwrap();
         assert_eq!(board.check_images("fly"), Ok(()));
-        let shipped = description::folder().join("pyboard-v11");
+        let shipped = of_checkout("pyboard-v11");
         let shipped = Board::parse(&shipped.to_string_lossy()).unwrap();
         assert_eq!(shipped.board_crate(), BoardCrate::Shipped("pyboard-v11"));
     }
@@ -321,7 +325,7 @@ mod tests {
         let text = "name = \"big\"\nchip = \"STM32F407VG\"\noscillator = { frequency = \"8MHz\", kind = \"crystal\" }\n\
                     can1 = { rx = \"PD0\", tx = \"PD1\" }\ncan2 = { rx = \"PB12\", tx = \"PB13\" }\n";
         let description = Arc::new(Description::parse(text, "board.toml").unwrap());
-        let big = Board { description, folder: PathBuf::new() };
+        let big = Board { description, elsewhere: None };
         let error = big.with(Some(pyboard.model().part), None).unwrap_err();
         assert!(error.contains("STM32F405RG has no pin PD0"), "{error}");
     }

@@ -9,6 +9,8 @@ use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKin
 /// CCM and SRAM of the STM32F4, by address.
 const RAM: Range<u64> = 0x1000_0000..0x3000_0000;
 const FLASH: Range<u64> = 0x0800_0000..0x1000_0000;
+/// Absolute symbol of an image: DEV_ID of its chip.
+const DEVICE_ID: &str = "__device_id";
 
 /// Bytes of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -70,6 +72,17 @@ impl Facts {
         let file = File::parse(&*bytes).with_context(|| format!("{} is no ELF file", path.display()))?;
         Ok(Facts { size: size(&file), symbols: symbols(&file), compiler: compiler(&file) })
     }
+}
+
+/// Returns DEV_ID of the chip that the image at `path` was linked for. `None`: it does not name one.
+///
+/// # Errors
+/// When it cannot be read or is no ELF file.
+pub fn device_id(path: &Path) -> anyhow::Result<Option<u32>> {
+    let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let file = File::parse(&*bytes).with_context(|| format!("{} is no ELF file", path.display()))?;
+    let id = file.symbols().find(|symbol| symbol.name() == Ok(DEVICE_ID));
+    Ok(id.and_then(|symbol| u32::try_from(symbol.address()).ok()))
 }
 
 fn size(file: &File) -> Size {

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
+use crate::images::checkout;
+
 /// `relative` below the root of the project.
 pub fn path(relative: &str) -> PathBuf {
     // This package is one folder below it.
@@ -12,9 +14,9 @@ pub fn path(relative: &str) -> PathBuf {
     root.unwrap_or(Path::new("")).join(relative)
 }
 
-/// `relative` below the target directory of cargo.
+/// `relative` below the target directory of the project in the current folder.
 pub fn target(relative: &str) -> PathBuf {
-    crate::images::target().join(relative)
+    crate::images::results().join(relative)
 }
 
 /// Returns the given `Cargo.toml`, or the next one from the current folder upwards.
@@ -32,8 +34,18 @@ pub fn manifest(given: Option<&Path>) -> anyhow::Result<PathBuf> {
         );
         return Ok(path);
     }
-    let found = here.ancestors().map(|folder| folder.join("Cargo.toml")).find(|path| path.is_file());
-    found.with_context(|| format!("no Cargo.toml in {} or above; give --manifest-path FILE", here.display()))
+    checkout::next_manifest()
+        .with_context(|| format!("no Cargo.toml in {} or above; give --manifest-path FILE", here.display()))
+}
+
+/// Returns the root of the repository that this program was built in. `None`: it is not there, as for an installed program.
+pub fn repository() -> Option<PathBuf> {
+    checkout::is_there().then(|| path(""))
+}
+
+/// Returns the next `Cargo.toml` from the current folder upwards. `None`: there is none, or it belongs to [`repository`].
+pub fn own() -> Option<PathBuf> {
+    checkout::manifest_elsewhere()
 }
 
 /// Formats a path without the current folder in front of it.

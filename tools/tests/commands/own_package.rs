@@ -6,8 +6,9 @@ use std::process::Output;
 
 use tempfile::TempDir;
 
-use crate::XTASK;
-use crate::docs::root;
+use second::programs::root;
+
+use crate::TOOLS;
 
 /// Variables of users who build their firmware with cargo only.
 const VARIABLES: [(&str, &str); 6] = [
@@ -41,7 +42,11 @@ const PROGRAM: &str = r#"
 pub static TABLE: (u32, extern "C" fn() -> !) = (0x2002_0000, reset);
 #[unsafe(no_mangle)]
 extern "C" fn reset() -> ! {
-    loop {}
+    let mut count = 0u32;
+    loop {
+        count += 1;
+        core::hint::black_box(count);
+    }
 }
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
@@ -54,53 +59,53 @@ ENTRY(reset)
 SECTIONS { .text : { KEEP(*(.vector_table)) *(.text*) } > FLASH }
 ";
 
-const BUILD: &str = r#"fn main() {
+pub const BUILD: &str = r#"fn main() {
     println!("cargo:rustc-link-search={}", std::env::var("CARGO_MANIFEST_DIR").unwrap());
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
 }
 "#;
 
-/// A package `tiny`, below a folder with a configuration of cargo. It has this build script.
-fn tiny(build: Option<&str>) -> TempDir {
-    let folder = tempfile::tempdir().expect("a temporary directory");
+/// Writes a package `tiny` below a folder with this configuration of cargo. It has this build script.
+pub fn tiny(folder: &Path, configuration: &str, build: Option<&str>) {
     let write = |path: &str, text: &str| {
-        let path = folder.path().join(path);
+        let path = folder.join(path);
         fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
         fs::write(path, text).expect("a file");
     };
-    write(".cargo/config.toml", CONFIGURATION);
+    write(".cargo/config.toml", configuration);
     write("tiny/Cargo.toml", "[package]\nname = \"tiny\"\nedition = \"2024\"\n[workspace]\n");
     write("tiny/src/main.rs", PROGRAM);
     write("tiny/link.x", SCRIPT);
     if let Some(build) = build {
         write("tiny/build.rs", build);
     }
+}
+
+/// The package `tiny` in a temporary folder with [`CONFIGURATION`].
+fn configured(build: Option<&str>) -> TempDir {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    tiny(folder.path(), CONFIGURATION, build);
     folder
 }
 
-/// `xtask firmware` of the package, with the variables and these.
-fn firmware(folder: &Path, variables: &[(&str, &Path)]) -> Output {
+/// Runs `ecss-can build` for the package, with the variables and these.
+fn build(folder: &Path, variables: &[(&str, &Path)]) -> Output {
     let manifest = folder.join("tiny/Cargo.toml");
-    let mut xtask = XTASK.command(&[
-        "firmware",
-        "--package",
-        "tiny",
-        "--manifest-path",
-        manifest.to_str().expect("UTF-8"),
-    ]);
-    xtask.envs(VARIABLES).envs(variables.iter().copied()).current_dir(folder);
-    xtask.output().expect("xtask starts")
+    let mut program = TOOLS.command(&["build", "--manifest-path", manifest.to_str().expect("UTF-8")]);
+    program.envs(VARIABLES).envs(variables.iter().copied()).current_dir(folder);
+    program.output().expect("the program starts")
 }
 
-fn text(output: &Output) -> String {
+/// Returns all that a program printed.
+pub fn text(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr].concat()).into_owned()
 }
 
 /// Given variables and a configuration file with flags, linker, profile and target of others, then the image is built as without them.
 #[test]
 fn settings_of_the_user_do_not_reach_images() {
-    let folder = tiny(Some(BUILD));
-    let output = firmware(folder.path(), &[]);
+    let folder = configured(Some(BUILD));
+    let output = build(folder.path(), &[]);
     assert!(output.status.success(), "{}", text(&output));
     let image = folder.path().join("tiny/target/firmware/tiny");
     assert!(text(&output).contains(&image.display().to_string()), "{}", text(&output));
@@ -111,9 +116,9 @@ fn settings_of_the_user_do_not_reach_images() {
 /// Given `CARGO_TARGET_DIR`, as a path from the root or from the current folder, then the image is there.
 #[test]
 fn image_is_in_the_target_directory_of_the_user() {
-    let folder = tiny(Some(BUILD));
+    let folder = configured(Some(BUILD));
     for directory in [&*folder.path().join("mine"), Path::new("other")] {
-        let output = firmware(folder.path(), &[("CARGO_TARGET_DIR", directory)]);
+        let output = build(folder.path(), &[("CARGO_TARGET_DIR", directory)]);
         let image = folder.path().join(directory).join("firmware/tiny");
         assert!(text(&output).contains(&image.display().to_string()), "{}", text(&output));
         assert!(image.is_file(), "{}", image.display());
@@ -124,8 +129,8 @@ fn image_is_in_the_target_directory_of_the_user() {
 /// Given a package whose link arguments are in a configuration file alone, or nowhere, then its image is refused.
 #[test]
 fn image_without_linker_script_is_an_error() {
-    let folder = tiny(None);
-    let output = firmware(folder.path(), &[]);
+    let folder = configured(None);
+    let output = build(folder.path(), &[]);
     assert_eq!(output.status.code(), Some(1), "{}", text(&output));
     for part in ["tiny is no image", "add a build.rs", "-Tlink.x"] {
         assert!(text(&output).contains(part), "{}", text(&output));
@@ -135,7 +140,7 @@ fn image_without_linker_script_is_an_error() {
 /// Given a board whose manifest names no chip, then no build begins, and the board is named: the HAL would panic in its build script.
 #[test]
 fn board_without_chip_is_refused_before_the_build() {
-    let folder = tiny(Some(BUILD));
+    let folder = configured(Some(BUILD));
     let board = folder.path().join("board");
     fs::create_dir_all(board.join("src")).expect("a folder");
     let write = |path: &Path, text: String| fs::write(path, text).expect("a file");
@@ -152,12 +157,44 @@ fn board_without_chip_is_refused_before_the_build() {
     let tiny = folder.path().join("tiny/Cargo.toml");
     let dependency = "[dependencies]\nboard = { package = \"bare-board\", path = \"../board\" }\n";
     write(&tiny, fs::read_to_string(&tiny).expect("a manifest") + dependency);
-    let of_board = XTASK.command(&["firmware", "--board", board.to_str().expect("UTF-8")]).output();
-    for output in [firmware(folder.path(), &[]), of_board.expect("xtask starts")] {
+    let of_board = TOOLS.command(&["build", "--board", board.to_str().expect("UTF-8")]).output();
+    for output in [build(folder.path(), &[]), of_board.expect("the program starts")] {
         assert_eq!(output.status.code(), Some(1), "{}", text(&output));
         for part in ["/board: Cargo.toml: embassy-stm32 has no feature that names a chip", "stm32f405rg"] {
             assert!(text(&output).contains(part), "{}", text(&output));
         }
         assert!(!text(&output).contains("Compiling"), "{}", text(&output));
     }
+}
+
+/// Given a package that names its board in its manifest, then it is built for that board alone. Given a workspace without images,
+/// or a feature that the package does not have, then the error names what is allowed.
+#[test]
+fn wrong_boards_packages_and_features_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    fs::create_dir(folder.path().join("src")).expect("a folder");
+    let manifest = folder.path().join("Cargo.toml");
+    let dependency = format!(
+        "[package]\nname = \"heater\"\nedition = \"2024\"\n[features]\nfast = []\n[dependencies]\n\
+         board = {{ package = \"ecss-can-pyboard-v11\", path = \"{}/boards/pyboard-v11\" }}\n",
+        root().display()
+    );
+    fs::write(&manifest, dependency).expect("a file");
+    fs::write(folder.path().join("src/lib.rs"), "").expect("a file");
+    let path = manifest.to_str().expect("UTF-8");
+    for (arguments, said) in [
+        (
+            &["--board", "nucleo-f446re"][..],
+            &["the package heater has no dependency nucleo-f446re", "it chooses its board in Cargo.toml"][..],
+        ),
+        (&["--package", "cooler"], &["'cooler'", "allowed are heater", "Usage: ecss-can build"]),
+        (&["--features", "fast,slow"], &["'slow'", "heater has no such feature", "allowed are fast"]),
+        (&["--profile", "standard"], &["--profile", "cannot be used with"]),
+        (&["slave"], &["IMAGE", "cannot be used with"]),
+    ] {
+        TOOLS.refuses(&[&["build", "--manifest-path", path], arguments].concat(), said);
+    }
+    fs::remove_file(folder.path().join("src/lib.rs")).expect("a file");
+    fs::write(&manifest, "[workspace]\n").expect("a file");
+    TOOLS.refuses(&["build", "--manifest-path", path], &["no package with an image", "--package NAME"]);
 }

@@ -7,6 +7,9 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 /// Writes a program that is this script of the shell.
+///
+/// # Panics
+/// When it cannot be written.
 pub fn script(program: &Path, script: &str) {
     fs::create_dir_all(program.parent().expect("a folder")).expect("a folder");
     fs::write(program, format!("#!/bin/sh\n{script}")).expect("a file");
@@ -15,6 +18,9 @@ pub fn script(program: &Path, script: &str) {
 
 /// Writes a program that writes its arguments to the returned file beside it, one a line, and ends with this code; a
 /// request for its version succeeds.
+///
+/// # Panics
+/// When it cannot be written.
 pub fn fake(folder: &Path, name: &str, code: i32) -> PathBuf {
     let arguments = folder.join("arguments");
     let shown = arguments.display();
@@ -23,7 +29,10 @@ pub fn fake(folder: &Path, name: &str, code: i32) -> PathBuf {
     arguments
 }
 
-/// PATH without folders that have this program, `first` before all.
+/// Returns PATH without folders that have this program, `first` before all.
+///
+/// # Panics
+/// When there is no PATH.
 pub fn path_without(program: &str, first: Option<&Path>) -> OsString {
     let all = std::env::var_os("PATH").expect("PATH");
     let others = std::env::split_paths(&all).filter(|folder| !folder.join(program).exists());

@@ -1,0 +1,1 @@
+../../../firmware/checks/build.rs

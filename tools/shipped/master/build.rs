@@ -1,0 +1,1 @@
+../../../firmware/master/build.rs

@@ -1,0 +1,1 @@
+../../../firmware/minimal/build.rs

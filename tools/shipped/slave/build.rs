@@ -1,0 +1,1 @@
+../../../firmware/slave/build.rs

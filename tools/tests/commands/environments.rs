@@ -1,0 +1,175 @@
+//! Settings of users for their own firmware: variables, configuration files, folders. Images are the same with each of them,
+//! or an error says what to do.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use object::{Object, ObjectSegment};
+
+use crate::TOOLS;
+use crate::own_package::{BUILD, text, tiny};
+
+/// An environment of a user.
+struct Environment {
+    name: &'static str,
+    variables: &'static [(&'static str, &'static str)],
+    /// `.cargo/config.toml` in a folder above the package.
+    configuration: &'static str,
+    /// Folder above the package.
+    folder: &'static str,
+}
+
+const USUAL: Environment = Environment { name: "usual", variables: &[], configuration: "", folder: "usual" };
+
+/// Environments in which the image is that of [`USUAL`].
+const SAME: [Environment; 11] = [
+    Environment {
+        name: "flags for the target",
+        variables: &[("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS", "-C link-arg=-Tlink.x -C opt-level=0")],
+        folder: "flags-of-target",
+        ..USUAL
+    },
+    Environment {
+        name: "flags for everything",
+        variables: &[
+            ("RUSTFLAGS", "-C link-arg=-Tlink.x"),
+            ("CARGO_BUILD_RUSTFLAGS", "-C opt-level=0"),
+            ("CARGO_ENCODED_RUSTFLAGS", "-Copt-level=0"),
+        ],
+        folder: "flags",
+        ..USUAL
+    },
+    Environment {
+        name: "flags in a folder above",
+        configuration: "[build]\nrustflags = [\"-C\", \"opt-level=0\"]\n[target.'cfg(target_arch = \"arm\")']\n\
+                        rustflags = [\"-C\", \"link-arg=-Tlink.x\"]\n",
+        folder: "flags-above",
+        ..USUAL
+    },
+    Environment {
+        name: "target as a variable",
+        variables: &[("CARGO_BUILD_TARGET", "thumbv6m-none-eabi")],
+        folder: "target",
+        ..USUAL
+    },
+    Environment {
+        name: "target in a folder above",
+        configuration: "[build]\ntarget = \"thumbv6m-none-eabi\"\n",
+        folder: "target-above",
+        ..USUAL
+    },
+    Environment {
+        name: "profile as variables",
+        variables: &[
+            ("CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS", "true"),
+            ("CARGO_PROFILE_FIRMWARE_OPT_LEVEL", "0"),
+            ("CARGO_INCREMENTAL", "1"),
+        ],
+        folder: "profile",
+        ..USUAL
+    },
+    Environment {
+        name: "profile in a folder above",
+        configuration: "[profile.release]\noverflow-checks = true\nopt-level = 0\nstrip = true\n",
+        folder: "profile-above",
+        ..USUAL
+    },
+    Environment {
+        name: "linker",
+        variables: &[("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", "no-such-linker")],
+        configuration: "[target.thumbv7em-none-eabihf]\nlinker = \"no-such-linker\"\n",
+        folder: "linker",
+    },
+    Environment {
+        name: "wrapper of the compiler",
+        variables: &[("RUSTC_WRAPPER", "/no/such/wrapper"), ("RUSTC_WORKSPACE_WRAPPER", "/no/such/wrapper")],
+        configuration: "[build]\nrustc-wrapper = \"/no/such/wrapper\"\n",
+        folder: "wrapper",
+    },
+    Environment {
+        name: "toolchain as a variable",
+        variables: &[("RUSTUP_TOOLCHAIN", "no-such-toolchain")],
+        folder: "toolchain",
+        ..USUAL
+    },
+    Environment { name: "blanks and umlauts", folder: "Meine Geräte/Prüfstand 1", ..USUAL },
+];
+
+impl Environment {
+    /// Builds the package `tiny` in this environment, below a folder of its own.
+    fn build(&self, temporary: &Path) -> Output {
+        let above = temporary.join(self.folder);
+        tiny(&above, self.configuration, Some(BUILD));
+        let mut program = TOOLS.command(&["build"]);
+        program.envs(self.variables.iter().copied()).current_dir(above.join("tiny"));
+        program.output().expect("the program starts")
+    }
+
+    /// Returns the loadable segments of the image: address and content.
+    fn segments(&self, temporary: &Path) -> Vec<(u64, Vec<u8>)> {
+        let output = self.build(temporary);
+        assert!(output.status.success(), "{}: {}", self.name, text(&output));
+        let image = temporary.join(self.folder).join("tiny/target/firmware/tiny");
+        let elf = fs::read(&image).unwrap_or_else(|error| panic!("{}: {error}", image.display()));
+        let file = object::File::parse(&*elf).expect("an ELF file");
+        let segments =
+            file.segments().map(|segment| (segment.address(), segment.data().expect("data").to_vec()));
+        segments.collect()
+    }
+}
+
+/// Given each of these environments, then the image has the same loadable segments as without settings. None of the folders is
+/// in a repository of git.
+#[test]
+fn images_are_the_same_in_each_environment() {
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let usual = USUAL.segments(temporary.path());
+    assert!(usual.iter().any(|(_, data)| !data.is_empty()), "{usual:?}");
+    for environment in SAME {
+        assert_eq!(environment.segments(temporary.path()), usual, "{}", environment.name);
+    }
+}
+
+/// Given a `rust-toolchain.toml` above the package that names a toolchain that is not installed, then the error names it.
+#[test]
+fn toolchain_that_is_not_installed_is_named() {
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    fs::write(temporary.path().join("rust-toolchain.toml"), "[toolchain]\nchannel = \"1.30.0\"\n")
+        .expect("a file");
+    let environment = Environment { variables: &[("RUSTUP_AUTO_INSTALL", "0")], ..USUAL };
+    let output = environment.build(temporary.path());
+    if !output.status.success() {
+        assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+        assert!(text(&output).contains("1.30.0"), "{}", text(&output));
+    }
+}
+
+/// Given a folder of cargo that the user may not write, then the image is built.
+#[cfg(target_os = "linux")]
+#[test]
+fn image_is_built_with_a_read_only_registry() {
+    use std::os::unix::fs::PermissionsExt;
+    use std::process::Command;
+
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let home = temporary.path().join("cargo");
+    fs::create_dir(&home).expect("a folder");
+    fs::set_permissions(&home, fs::Permissions::from_mode(0o555)).expect("read-only");
+    tiny(&temporary.path().join("read-only"), "", Some(BUILD));
+    // Without this capability, root may not write there either.
+    let restricted = |program: &str| {
+        if !rustix::process::geteuid().is_root() {
+            return Command::new(program);
+        }
+        let mut setpriv = Command::new("setpriv");
+        setpriv.args(["--bounding-set=-dac_override", program]);
+        setpriv
+    };
+    let touched = restricted("touch").arg(home.join("file")).output().expect("touch starts");
+    assert!(!touched.status.success(), "{}", text(&touched));
+    let mut program = restricted(TOOLS.0);
+    program.arg("build").env("CARGO_HOME", &home).current_dir(temporary.path().join("read-only/tiny"));
+    let output = program.output().expect("the program starts");
+    assert!(output.status.success(), "{}", text(&output));
+}
