@@ -38,3 +38,4 @@ mod store;
 mod thermometer;
 mod too_much;
 mod unheard;
+mod upsets;
