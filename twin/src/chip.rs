@@ -95,10 +95,11 @@ impl Chip {
     fn write_peripheral(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
         // Stores to flash go to its interface, but not at the mapping from zero on.
         let is_flash = matches!(self.memory.place(address), Some(Place::Flash(_)) if address >= FLASH_BASE);
-        if !is_peripheral(address) && !is_flash {
-            return Err(self.refuse(address, true, Refusal::Unmodelled));
-        }
-        let result = self.peripherals.write(self.now(), address, width, value);
+        let result = if is_peripheral(address) || is_flash {
+            self.peripherals.write(self.now(), address, width, value)
+        } else {
+            Err(Refusal::Unmodelled)
+        };
         self.needs_attention |= self.peripherals.take_change();
         if let Some(acr) = self.peripherals.flash.take_acr() {
             self.accelerator.set(acr);

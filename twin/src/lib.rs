@@ -34,6 +34,8 @@
 //!   drives the core and the timers. The bit timing of CAN keeps the frequency at the instant when the clock tree was
 //!   set. The crystal may be broken.
 //! * Defects: bits of the CAN controllers that are stuck, exchanged capture wires, a prescaler ([`board::Defect`]).
+//! * Upsets: one inverted bit of a memory, a core register or a register of a peripheral
+//!   ([`board::EmulatedBoard::flip_register`]), and the first uses of RAM ([`board::Uses`]).
 //! * A debugger that sets C_DEBUGEN and stops at BKPT ([`board::EmulatedBoard::attach_debugger`]).
 //! * A debug probe per board that reads the log, defmt or text by RTT, and neither halts the core nor slows it, until it is pulled
 //!   ([`board::EmulatedBoard::pull_probe`]).

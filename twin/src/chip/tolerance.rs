@@ -22,16 +22,21 @@ impl Chip {
         if !self.is_tolerant {
             return false;
         }
-        let in_flash = address.wrapping_sub(FLASH_BASE) < self.peripherals.part.flash_bytes();
-        if write && in_flash && refusal == Refusal::Misuse && self.peripherals.flash.operation().is_none() {
+        // Flash also answers from zero on.
+        let bytes = self.peripherals.part.flash_bytes();
+        let in_flash = match refusal {
+            Refusal::Misuse => address.wrapping_sub(FLASH_BASE) < bytes,
+            Refusal::Unmodelled => address < bytes,
+            _ => false,
+        };
+        if write && in_flash && self.peripherals.flash.operation().is_none() {
             self.peripherals.flash.note_stray_store();
             return true;
         }
-        let has_no_clock = match refusal {
+        match refusal {
             Refusal::ClockOff => true,
             Refusal::Unmodelled => GATED.contains(&address) && !self.peripherals.is_modelled(address),
             _ => false,
-        };
-        has_no_clock
+        }
     }
 }

@@ -39,3 +39,4 @@ mod templates;
 mod thermometer;
 mod too_much;
 mod unheard;
+mod upsets;

@@ -3,11 +3,12 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use can_twin::spacecraft::BoardId;
+use can_twin::wire::time::Time;
 
-use super::outcome::{Case, Outcome, PROBED_US, unhealthy};
+use super::outcome::{Case, Outcome, PROBED_US, View, unhealthy};
 use super::place::{Place, Target, Upset};
 use super::places;
-use super::world::{Flight, JUDGED_US, RESET_US, World};
+use super::world::{Flight, JUDGED_US, RESET_US, Reference, World};
 
 /// Result of an upset.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,33 +70,38 @@ fn fly_and_judge(
     flight: &mut Flight,
 ) -> Result<(Outcome, Vec<String>), String> {
     strike(upset, flight)?;
+    let reference = reference(world, upset);
     if world.fly_judged(flight)? {
         // The probe is that of the reference.
-        let (outcome, reasons) = judge(world, upset, flight);
-        return Ok((outcome, reasons));
+        return Ok(judge(world, upset, flight, JUDGED_US));
     }
-    let (outcome, reasons) = judge(world, upset, flight);
+    let (mut outcome, mut reasons) = judge(world, upset, flight, JUDGED_US);
+    if outcome.is_bad() && world.late_us() > JUDGED_US {
+        flight.fly(Time::from_us(world.late_us()))?;
+        (outcome, reasons) = judge(world, upset, flight, world.late_us());
+    }
     if outcome.is_bad() {
         return Ok((outcome, reasons));
     }
     world.probe(flight)?;
-    let span = world.end_us() - PROBED_US..world.end_us();
-    let wrong = unhealthy(&flight.record, reference(world, upset), &span, &span);
+    let run = View { record: &flight.record, end: flight.craft.now().as_us(), length: PROBED_US };
+    let expected = View { record: &reference.probed, end: world.probed_us(), length: PROBED_US };
+    let wrong = unhealthy(run, expected);
     Ok(if wrong.is_empty() { (outcome, reasons) } else { (Outcome::Latent, wrong) })
 }
 
-/// Returns the flight that an upset is compared with.
-fn reference<'a>(world: &'a World, upset: &Upset) -> &'a super::record::Record {
+/// Returns the flights that an upset is compared with.
+fn reference<'a>(world: &'a World, upset: &Upset) -> &'a Reference {
     if upset.place == Place::Store { world.reset(upset.board) } else { &world.reference }
 }
 
-fn judge(world: &World, upset: &Upset, flight: &Flight) -> (Outcome, Vec<String>) {
+fn judge(world: &World, upset: &Upset, flight: &Flight, end_us: u64) -> (Outcome, Vec<String>) {
     let case = Case {
         run: &flight.record,
-        reference: reference(world, upset),
-        reset: (world.reset(upset.board), RESET_US),
+        reference: &reference(world, upset).calm,
+        reset: (&world.reset(upset.board).calm, RESET_US),
         node: world.node(upset.board),
-        judged: upset.at_us..JUDGED_US,
+        judged: upset.at_us..end_us,
     };
     case.judge()
 }

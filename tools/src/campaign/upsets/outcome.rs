@@ -101,18 +101,45 @@ pub struct Case<'a> {
     pub judged: Range<u64>,
 }
 
-/// Returns the services that are not healthy in `span`. `longer`: the span of services with a long period.
-pub fn unhealthy(run: &Record, reference: &Record, span: &Range<u64>, longer: &Range<u64>) -> Vec<String> {
-    let keys: BTreeSet<(u8, Service)> =
-        run.services.keys().chain(reference.services.keys()).copied().collect();
+/// A record, and the spans of it that are compared, microseconds.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// The record.
+    pub record: &'a Record,
+    /// End of the spans.
+    pub end: u64,
+    /// Length of the span in which services must be healthy.
+    pub length: u64,
+}
+
+impl View<'_> {
+    fn span(&self) -> Range<u64> {
+        self.end - self.length..self.end
+    }
+
+    fn count(&self, key: (u8, Service)) -> usize {
+        self.record.count(key, &self.span())
+    }
+
+    /// Counts a service with a long period. After a probe there is no longer span.
+    fn count_long(&self, key: (u8, Service)) -> usize {
+        let length = if self.length == PROBED_US { PROBED_US } else { LONG_US };
+        self.record.count(key, &(self.end - length..self.end))
+    }
+}
+
+/// Returns the services of a flight that are not healthy.
+pub fn unhealthy(run: View, reference: View) -> Vec<String> {
+    let keys = run.record.services.keys().chain(reference.record.services.keys());
+    let keys: BTreeSet<(u8, Service)> = keys.copied().collect();
     let regular = keys.into_iter().filter(|(_, service)| service.is_regular());
     let wrong = regular.filter_map(|key| {
-        let (here, there) = (run.count(key, span), reference.count(key, span));
+        let (here, there) = (run.count(key), reference.count(key));
         let is_off = here.abs_diff(there) > FEW.max(there * PERCENT / 100);
-        let is_absent = reference.count(key, longer) >= FEW && run.count(key, longer) == 0;
+        let is_absent = reference.count_long(key) >= FEW && run.count_long(key) == 0;
         (is_off || is_absent).then(|| format!("node {}: {}: {here}, expected {there}", key.0, shown(key.1)))
     });
-    wrong.chain(wrong_clocks(run, reference, span)).collect()
+    wrong.chain(wrong_clocks(run, reference)).collect()
 }
 
 fn shown(service: Service) -> String {
@@ -123,15 +150,15 @@ fn shown(service: Service) -> String {
     }
 }
 
-fn wrong_clocks(run: &Record, reference: &Record, span: &Range<u64>) -> Vec<String> {
-    if !run.resets.is_empty() || run.active != reference.active {
+fn wrong_clocks(run: View, reference: View) -> Vec<String> {
+    if !run.record.resets.is_empty() || run.record.active != reference.record.active {
         return Vec::new();
     }
-    let last = |record: &Record, node: u8| {
-        let here = record.clocks.iter().filter(|(of, at, _)| *of == node && span.contains(at));
+    let last = |view: View, node: u8| {
+        let here = view.record.clocks.iter().filter(|(of, at, _)| *of == node && view.span().contains(at));
         here.map(|(.., ahead)| *ahead).next_back()
     };
-    let nodes: BTreeSet<u8> = reference.clocks.iter().map(|(node, ..)| *node).collect();
+    let nodes: BTreeSet<u8> = reference.record.clocks.iter().map(|(node, ..)| *node).collect();
     let wrong = nodes.into_iter().filter_map(|node| {
         let ahead = last(run, node)? - last(reference, node)?;
         (ahead.abs() > CLOCK_US).then(|| format!("node {node}: its time differs by {ahead} us"))
@@ -144,7 +171,8 @@ impl Case<'_> {
     pub fn judge(&self) -> (Outcome, Vec<String>) {
         let Range { start, end } = self.judged;
         let last = end - HEALTHY_US..end;
-        let wrong = unhealthy(self.run, self.reference, &last, &(end - LONG_US..end));
+        let view = |record| View { record, end, length: HEALTHY_US };
+        let wrong = unhealthy(view(self.run), view(self.reference));
         if !wrong.is_empty() {
             let outcome = if self.is_shown(&last) { Outcome::NotRecovered } else { Outcome::WrongSilent };
             return (outcome, wrong);
@@ -229,6 +257,10 @@ mod tests {
         record
     }
 
+    fn view(record: &Record) -> View<'_> {
+        View { record, end: END, length: HEALTHY_US }
+    }
+
     fn judged(run: &Record) -> Outcome {
         let (reference, reset) = (without(&[]), without(&[(HEARTBEAT, START..6_000_000)]));
         let case = Case { run, reference: &reference, reset: (&reset, START), node: 2, judged: START..END };
@@ -261,8 +293,7 @@ mod tests {
         let rare = (1, Service::Frames(0x080));
         let mut reference = without(&[]);
         reference.services.insert(rare, vec![9_000_000, 14_500_000]);
-        let last = END - HEALTHY_US..END;
-        let wrong = unhealthy(&without(&[]), &reference, &last, &(END - LONG_US..END));
+        let wrong = unhealthy(view(&without(&[])), view(&reference));
         assert_eq!(wrong, ["node 1: 080h: 0, expected 1"]);
     }
 
@@ -271,8 +302,7 @@ mod tests {
         let (mut run, mut reference) = (without(&[]), without(&[]));
         reference.clocks.push((2, 17_000_000, 100));
         run.clocks.push((2, 17_100_000, 100 + CLOCK_US + 1));
-        let last = END - HEALTHY_US..END;
-        let wrong = |run: &Record| unhealthy(run, &reference, &last, &last).len();
+        let wrong = |run: &Record| unhealthy(view(run), view(&reference)).len();
         assert_eq!(wrong(&run), 1);
         run.resets.push((0, 6_000_000));
         assert_eq!(wrong(&run), 0);

@@ -27,7 +27,8 @@ use super::grid;
 use super::places::Places;
 use super::record::Record;
 
-/// End of the judged time, 12 to 13 s after an upset, microseconds. The probe follows.
+/// End of the judged time, 12 to 13 s after an upset, microseconds. The probe follows. With a slave with selective access, which needs
+/// 12.5 s to find the master after a change of the bus, flights that are not healthy then are judged again 16 s later.
 pub const JUDGED_US: u64 = 18_000_000;
 /// Number of instants at which the upsets of a campaign strike.
 const INSTANTS: usize = 64;
@@ -51,14 +52,28 @@ struct Plan {
     seats: [Seat; 3],
     /// Position at which the probe cuts the active bus: between masters and slaves.
     cut_m: f64,
-    /// End of the probe, microseconds. A slave with selective access searches for 12.5 s.
-    end_us: u64,
+    /// End of the judged time of flights that are not healthy at [`JUDGED_US`], microseconds.
+    late_us: u64,
+    /// Length of the probe, microseconds. A slave with selective access searches for 12.5 s.
+    probe_us: u64,
 }
 
 fn plan(masters: u8) -> Plan {
     match masters {
-        1 => Plan { profile: Profile::Librecube, seats: ONE_MASTER, cut_m: 0.5, end_us: 36_000_000 },
-        _ => Plan { profile: Profile::Standby, seats: TWO_MASTERS, cut_m: 7.0, end_us: 24_000_000 },
+        1 => Plan {
+            profile: Profile::Librecube,
+            seats: ONE_MASTER,
+            cut_m: 0.5,
+            late_us: 34_000_000,
+            probe_us: 18_000_000,
+        },
+        _ => Plan {
+            profile: Profile::Standby,
+            seats: TWO_MASTERS,
+            cut_m: 7.0,
+            late_us: JUDGED_US,
+            probe_us: 6_000_000,
+        },
     }
 }
 
@@ -115,6 +130,15 @@ impl Flight {
     }
 }
 
+/// Records of a flight that upsets are compared with.
+#[derive(Default)]
+pub struct Reference {
+    /// Without a probe.
+    pub calm: Record,
+    /// With the probe at [`JUDGED_US`].
+    pub probed: Record,
+}
+
 /// A value that threads copy in turn.
 struct Shared<T>(Mutex<T>);
 
@@ -156,10 +180,10 @@ pub struct World {
     names: Vec<String>,
     /// Instants of the campaign, by their microseconds.
     pub moments: BTreeMap<u64, Moment>,
-    /// The flight without upset, from [`grid::FIRST_US`] to the end of its probe.
-    pub reference: Record,
+    /// The flights without upset, from [`grid::FIRST_US`] on.
+    pub reference: Reference,
     compared: BTreeMap<u64, Shared<Spacecraft>>,
-    resets: Vec<OnceLock<Record>>,
+    resets: Vec<OnceLock<Reference>>,
     /// Places in the memories of each board.
     pub places: Vec<Places>,
 }
@@ -185,7 +209,7 @@ impl World {
             names,
             base: Shared::new(base),
             moments: BTreeMap::new(),
-            reference: Record::default(),
+            reference: Reference::default(),
             compared: BTreeMap::new(),
             resets: Vec::new(),
             places: boards,
@@ -215,8 +239,9 @@ impl World {
             take_uses(&mut copy);
             self.compared.insert(us, Shared::new(copy));
         }
+        self.reference.calm = self.calm(&flight);
         self.probe(&mut flight).expect("a reference without refused accesses");
-        self.reference = flight.record;
+        self.reference.probed = flight.record.clone();
         // Later uses count where there were no earlier ones.
         let mut later = take_uses(&mut flight.craft);
         for (moment, part) in self.moments.values_mut().rev().zip(parts.into_iter().rev()) {
@@ -250,7 +275,7 @@ impl World {
             let at = Time::from_us(*us);
             flight.fly(at)?;
             if *us < JUDGED_US && reference.with(|reference| flight.craft.continues_as(reference)) {
-                flight.record.continue_as(&self.reference, at);
+                flight.record.continue_as(&self.reference.calm, at);
                 return Ok(true);
             }
         }
@@ -268,26 +293,41 @@ impl World {
                 flight.craft.power(BoardId(board), false);
             }
         }
-        flight.fly(Time::from_us(self.plan.end_us))
+        let end = flight.craft.now() + Time::from_us(self.plan.probe_us);
+        flight.fly(end)
     }
 
-    /// Returns the flight in which the reset pin of a board is pulled at [`RESET_US`], with its probe.
+    /// Returns the record of a flight at [`JUDGED_US`] with what follows without a probe.
+    fn calm(&self, flight: &Flight) -> Record {
+        let mut calm = flight.clone();
+        take_uses(&mut calm.craft);
+        reach(&mut calm, self.plan.late_us);
+        calm.record
+    }
+
+    /// Returns the flights in which the reset pin of a board is pulled at [`RESET_US`].
     ///
     /// # Panics
     /// When the emulator refuses an access of the images without an upset.
-    pub fn reset(&self, board: usize) -> &Record {
+    pub fn reset(&self, board: usize) -> &Reference {
         self.resets[board].get_or_init(|| {
             let mut flight = self.flight_at(RESET_US);
             flight.craft.reset(BoardId(board));
-            flight.fly(Time::from_us(JUDGED_US)).expect("a reset without refused accesses");
+            reach(&mut flight, JUDGED_US);
+            let calm = self.calm(&flight);
             self.probe(&mut flight).expect("a reset without refused accesses");
-            flight.record
+            Reference { calm, probed: flight.record }
         })
     }
 
-    /// Returns the end of the probe, microseconds.
-    pub fn end_us(&self) -> u64 {
-        self.plan.end_us
+    /// Returns the end of the judged time of flights that are not healthy at [`JUDGED_US`], microseconds.
+    pub fn late_us(&self) -> u64 {
+        self.plan.late_us
+    }
+
+    /// Returns the end of the probe of the reference, microseconds.
+    pub fn probed_us(&self) -> u64 {
+        JUDGED_US + self.plan.probe_us
     }
 
     /// Returns the Node-ID of a board.

@@ -14,7 +14,7 @@ use can_twin::wire::time::Time;
 
 /// Returns a program that toggles PB4 at every update of TIM2, once per millisecond of the board's own time, and sleeps
 /// in between.
-fn blinker() -> std::sync::Arc<can_twin::image::Image> {
+pub fn blinker() -> std::sync::Arc<can_twin::image::Image> {
     let program = [
         run_at_168_mhz(),
         store(RCC + 0x30, 1 << 1),

@@ -12,4 +12,5 @@ mod programs;
 mod pulse;
 mod spacecraft;
 mod spin;
+mod upset;
 mod wiring;
