@@ -89,6 +89,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     match &options.image {
         Some(Image::Shipped(role)) => {
             let board = board.cloned().unwrap_or_else(|| Board::shipped(Board::DEFAULT));
+            options.configuration.check(FLASH, &[*role])?;
             board.check_images(FLASH)?;
             find_probe_rs()?;
             let images = options.configuration.build(FLASH, &[*role], &board, &log)?;

@@ -54,11 +54,25 @@ impl Configuration {
         self.profile.is_some() || self.one_controller || self.bit_rate.is_some()
     }
 
+    /// Checks that these images have this configuration. `command` is the subcommand with these options.
+    ///
+    /// # Errors
+    /// When `--one-controller` is given without the minimal slave.
+    pub fn check(&self, command: &'static str, roles: &[Role]) -> Result<(), Misuse> {
+        if !self.one_controller || roles.contains(&Role::Minimal) {
+            return Ok(());
+        }
+        let text = format!(
+            "--one-controller is for the minimal slave alone: ecss-can {command} minimal --one-controller"
+        );
+        Err(Misuse::of(command, text))
+    }
+
     /// Builds images for a board, with this filter of the log. Returns their ELF files. `command` is the subcommand with these
     /// options.
     ///
     /// # Errors
-    /// When an image cannot be built, or `--one-controller` is given without the minimal slave.
+    /// That of [`Configuration::check`], or when an image cannot be built.
     pub fn build(
         &self,
         command: &'static str,
@@ -66,13 +80,7 @@ impl Configuration {
         board: &Board,
         log: &str,
     ) -> anyhow::Result<Vec<(Role, PathBuf)>> {
-        let has_minimal = roles.contains(&Role::Minimal);
-        if self.one_controller && !has_minimal {
-            let text = format!(
-                "--one-controller is for the minimal slave alone: ecss-can {command} minimal --one-controller"
-            );
-            return Err(Misuse::of(command, text).into());
-        }
+        self.check(command, roles)?;
         board.check_images(command)?;
         let profile = self.profile.unwrap_or(Profile::Librecube);
         let configuration = self.bit_rate.unwrap_or(BitRate::Kbit1000).configuration(profile);
