@@ -73,8 +73,9 @@ fn check(flight: &Flight, Criterion { node, must, origin }: &Criterion) -> Optio
     Some(Check::new(title, limit, measured, reason))
 }
 
+/// Formats a time, to a microsecond.
 fn seconds(time: Time) -> String {
-    format!("{} s", time.as_secs_f64())
+    format!("{} s", (time.as_secs_f64() * 1e6).round() / 1e6)
 }
 
 /// Returns the longest time from a request that reached a node to its answer, or to the end of the flight; `None` without a
