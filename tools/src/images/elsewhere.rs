@@ -15,6 +15,9 @@ use crate::images::{Error, board_crate, target, workspace};
 /// Packages of this project that are built for boards elsewhere: folders below `firmware`.
 const MEMBERS: [&str; 4] = ["master", "slave", "minimal", "checks"];
 
+/// Crates that the crate of a board depends on.
+pub(crate) const OF_BOARDS: [&str; 2] = ["ecss-can-stm32f4", "ecss-can-memory"];
+
 /// A board of another repository.
 pub(in crate::images) struct Elsewhere {
     /// Folder of its crate, absolute.
@@ -62,7 +65,9 @@ impl Elsewhere {
         }
         boards.sort();
         boards.dedup();
-        store(&home.join("Cargo.toml"), &root_manifest(&shipped, &root, &boards).to_string())?;
+        let mut manifest = root_manifest(&shipped, &root, &boards);
+        patch(&mut manifest);
+        store(&home.join("Cargo.toml"), &manifest.to_string())?;
         store(&home.join("Cargo.lock"), &text(&root.join("Cargo.lock"))?)
     }
 }
@@ -85,6 +90,16 @@ fn root_manifest(shipped: &Table, root: &Path, boards: &[String]) -> Table {
     let profiles: Table =
         profiles.into_iter().filter(|(name, _)| ["firmware", "release"].contains(&name.as_str())).collect();
     Table::from_iter([("workspace".to_owned(), workspace.into()), ("profile".to_owned(), profiles.into())])
+}
+
+/// Lets the crate of a board that names crates by version use those of the workspace, where these have a path.
+fn patch(manifest: &mut Table) {
+    let dependencies = table(table(manifest, "workspace"), "dependencies").clone();
+    for name in OF_BOARDS {
+        if let Some(path) = dependencies.get(name).and_then(|dependency| dependency.get("path")) {
+            table(table(table(manifest, "patch"), "crates-io"), name).insert("path".into(), path.clone());
+        }
+    }
 }
 
 /// The manifest of a generated package: that of the image in `folder`, for one board.
