@@ -14,6 +14,9 @@ use crate::images::shipped::{MEMBERS, keep_profiles_of_images};
 use crate::images::sources::Sources;
 use crate::images::{Error, board_crate, target};
 
+/// Crates that the crate of a board depends on.
+pub(crate) const OF_BOARDS: [&str; 2] = ["ecss-can-stm32f4", "ecss-can-memory"];
+
 /// A board of another repository.
 pub(in crate::images) struct Elsewhere {
     /// Folder of its crate, absolute.
@@ -61,7 +64,9 @@ impl Elsewhere {
         }
         boards.sort();
         boards.dedup();
-        store(&home.join("Cargo.toml"), &root_manifest(shipped, root, &boards).to_string())?;
+        let mut manifest = root_manifest(shipped, root, &boards);
+        patch(&mut manifest);
+        store(&home.join("Cargo.toml"), &manifest.to_string())?;
         store(&home.join("Cargo.lock"), &text(&root.join("Cargo.lock"))?)?;
         // The toolchain of this project, wherever the workspace is.
         store(&home.join("rust-toolchain.toml"), &text(&root.join("rust-toolchain.toml"))?)
@@ -81,6 +86,16 @@ fn root_manifest(mut shipped: Table, root: &Path, boards: &[String]) -> Table {
     table(table(workspace, "lints"), "rust").insert("unexpected_cfgs".into(), lint.into());
     keep_profiles_of_images(&mut shipped);
     shipped
+}
+
+/// Lets the crate of a board that names crates by version use those of the workspace, where these have a path.
+fn patch(manifest: &mut Table) {
+    let dependencies = table(table(manifest, "workspace"), "dependencies").clone();
+    for name in OF_BOARDS {
+        if let Some(path) = dependencies.get(name).and_then(|dependency| dependency.get("path")) {
+            table(table(table(manifest, "patch"), "crates-io"), name).insert("path".into(), path.clone());
+        }
+    }
 }
 
 /// The manifest of a generated package: that of the image in `folder`, for one board.

@@ -38,6 +38,8 @@ pub use board_crate::BoardCrate;
 pub(crate) use board_crate::read as package_of;
 pub use chips::{CHIPS, check_chips};
 pub use choice::Choice;
+#[cfg(feature = "program")]
+pub(crate) use elsewhere::OF_BOARDS;
 pub use environment::{clean, host_cargo};
 pub use package::{Package, Refusal};
 pub use target::{results, target};

@@ -10,10 +10,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use toml::{Table, Value};
 
+use crate::images::OF_BOARDS;
 use crate::images::support::project;
-
-/// Crates that each board uses. A project may change its board.
-const OF_BOARDS: [&str; 2] = ["ecss-can-stm32f4", "ecss-can-memory"];
 
 /// The manifest of the repository, if the program was built there.
 fn manifest() -> Option<(PathBuf, Table)> {
@@ -30,6 +28,7 @@ fn manifest() -> Option<(PathBuf, Table)> {
 /// When a manifest is not TOML.
 pub(super) fn configuration(manifests: &[String]) -> anyhow::Result<Option<String>> {
     let Some((root, repository)) = manifest() else { return Ok(None) };
+    // The project may change its board.
     let mut names: BTreeSet<String> = OF_BOARDS.map(str::to_owned).into();
     for manifest in manifests {
         names.extend(dependencies(&manifest.parse().context("a manifest of the new project")?));

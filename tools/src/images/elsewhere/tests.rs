@@ -138,3 +138,13 @@ fn shipped_images_have_boards_alone_as_optional_dependencies() {
         }
     }
 }
+
+#[test]
+fn crates_of_boards_are_patched_where_they_have_a_path() {
+    let text = "[workspace.dependencies]\necss-can-memory = { path = \"/project/memory\" }\necss-can-stm32f4 = \"0.2\"\n";
+    let mut manifest = table_of(text);
+    patch(&mut manifest);
+    let patched = &manifest["patch"]["crates-io"];
+    assert_eq!(patched["ecss-can-memory"]["path"].as_str(), Some("/project/memory"));
+    assert!(patched.get("ecss-can-stm32f4").is_none());
+}
