@@ -14,6 +14,7 @@ mod licences;
 mod mutants;
 mod own_package;
 mod patches;
+mod release;
 mod selftest;
 mod statements;
 mod walks;
