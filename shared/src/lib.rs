@@ -91,6 +91,10 @@
 //!
 //! - `defmt`: every public type implements `defmt::Format`.
 //! - `mock`: the module `mock`. It needs an allocator; the rest of the crate has no heap.
+//!
+//! Related crates: [`async-canopen`](https://docs.rs/async-canopen),
+//! [`ecss-can-stm32f4`](https://docs.rs/ecss-can-stm32f4), [`ecss-can-worlds`](https://docs.rs/ecss-can-worlds),
+//! [`ecss-can-eds`](https://docs.rs/ecss-can-eds), [`can-twin`](https://docs.rs/can-twin).
 
 #![no_std]
 #![forbid(unsafe_code)]

@@ -2,6 +2,9 @@
 //!
 //! [`images`] builds firmware with any available toolchain; the other modules are one command each. The interface changes
 //! without notice.
+//!
+//! Related crates: [`ecss-can`](https://docs.rs/ecss-can), [`can-twin`](https://docs.rs/can-twin),
+//! [`ecss-can-worlds`](https://docs.rs/ecss-can-worlds), [`ecss-can-stm32f4`](https://docs.rs/ecss-can-stm32f4).
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

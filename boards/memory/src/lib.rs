@@ -48,6 +48,10 @@
 //! | `__store_start` | address of the first sector of the parameter store |
 //! | `__device_id` | DEV_ID of DBGMCU_IDCODE of the chip that the image was linked for, as 0x413 |
 //! | `_stack_start`, `_stack_end` | highest and lowest address of the stack |
+//!
+//! Related crates: [`ecss-can-stm32f4`](https://docs.rs/ecss-can-stm32f4),
+//! [`ecss-can-runtime`](https://docs.rs/ecss-can-runtime),
+//! [`ecss-can-pyboard-v11`](https://docs.rs/ecss-can-pyboard-v11).
 
 #![forbid(unsafe_code)]
 

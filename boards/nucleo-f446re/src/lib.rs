@@ -13,6 +13,9 @@
 //! | LEDs: heartbeat, spacecraft time (external) | PB14, PB15 | CN10 28, 26 |
 //!
 //! PA2 and PA3 are the serial port of the ST-LINK, PA13 and PA14 its debug port; they are never touched. Straps are closed to ground (CN7 22); inside they have pull-ups.
+//!
+//! Related crates: [`ecss-can-stm32f4`](https://docs.rs/ecss-can-stm32f4),
+//! [`ecss-can-runtime`](https://docs.rs/ecss-can-runtime), [`ecss-can-memory`](https://docs.rs/ecss-can-memory).
 
 #![no_std]
 #![cfg(target_os = "none")]

@@ -13,6 +13,9 @@
 //! | LEDs: heartbeat, spacecraft time (external) | PB14, PB15 | Y7, Y8 |
 //!
 //! The red and green LEDs hang on the debug pins PA13 and PA14 and are never touched. Straps are closed to ground (X14, Y14); inside they have pull-ups.
+//!
+//! Related crates: [`ecss-can-stm32f4`](https://docs.rs/ecss-can-stm32f4),
+//! [`ecss-can-runtime`](https://docs.rs/ecss-can-runtime), [`ecss-can-memory`](https://docs.rs/ecss-can-memory).
 
 #![no_std]
 #![cfg(target_os = "none")]

@@ -16,6 +16,9 @@
 //! spawns the tasks of a node, [`pulse_task`] one for the pulse output.
 //!
 //! On the host the crate contains only these macros.
+//!
+//! Related crates: [`ecss-can-stm32f4`](https://docs.rs/ecss-can-stm32f4),
+//! [`ecss-can-memory`](https://docs.rs/ecss-can-memory), [`ecss-can-cli`](https://docs.rs/ecss-can-cli).
 
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_op_in_unsafe_fn)]

@@ -28,6 +28,9 @@
 //!
 //! No protocol code above this crate names a register or a pin. All `unsafe` of the project is in this crate and in
 //! `ecss-can-runtime`. On the host only the parts that need no hardware are compiled, for tests.
+//!
+//! Related crates: [`ecss-can`](https://docs.rs/ecss-can), [`ecss-can-runtime`](https://docs.rs/ecss-can-runtime),
+//! [`ecss-can-memory`](https://docs.rs/ecss-can-memory), [`can-twin`](https://docs.rs/can-twin).
 
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_op_in_unsafe_fn)]

@@ -15,6 +15,9 @@
 //! PA0 is the user button, and PB6 and PB9 are the bus of the audio codec, so that the capture inputs and CAN1 are elsewhere than on
 //! the other boards. PA13 and PA14 are the debug port of the ST-LINK and are never touched. Straps are closed to ground (P1 23);
 //! inside they have pull-ups.
+//!
+//! Related crates: [`ecss-can-stm32f4`](https://docs.rs/ecss-can-stm32f4),
+//! [`ecss-can-runtime`](https://docs.rs/ecss-can-runtime), [`ecss-can-memory`](https://docs.rs/ecss-can-memory).
 
 #![no_std]
 #![cfg(target_os = "none")]

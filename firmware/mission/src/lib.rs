@@ -1,6 +1,9 @@
 //! The demonstration mission: definitions beyond the protocol that its master and slaves share.
 //!
 //! These are profiles, objects of a slave, commands and telemetry. Each mission has a crate like this one.
+//!
+//! Related crates: [`ecss-can`](https://docs.rs/ecss-can), [`ecss-can-stm32f4`](https://docs.rs/ecss-can-stm32f4),
+//! [`ecss-can-worlds`](https://docs.rs/ecss-can-worlds), [`ecss-can-cli`](https://docs.rs/ecss-can-cli).
 
 #![cfg_attr(not(feature = "host"), no_std)]
 #![forbid(unsafe_code)]

@@ -128,6 +128,10 @@
 //! - A device has at most two SDO servers, and 512 PDOs in each direction.
 //! - All tasks of a node run in one executor.
 //! - A chip without compare-and-swap needs the feature `critical-section`.
+//!
+//! Related crates: [`async-canopen-derive`](https://docs.rs/async-canopen-derive),
+//! [`async-canopen-eds`](https://docs.rs/async-canopen-eds), [`ecss-can`](https://docs.rs/ecss-can),
+//! [`can-twin`](https://docs.rs/can-twin).
 
 #![no_std]
 #![forbid(unsafe_code)]

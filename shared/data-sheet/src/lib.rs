@@ -23,6 +23,9 @@
 //! assert_eq!(sheet.object(0x1800, 1, 5)?.map(|value| value.number), Some(0x185));
 //! # Ok::<(), async_canopen_eds::Unreadable>(())
 //! ```
+//!
+//! Related crates: [`async-canopen`](https://docs.rs/async-canopen),
+//! [`async-canopen-derive`](https://docs.rs/async-canopen-derive), [`ecss-can-eds`](https://docs.rs/ecss-can-eds).
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

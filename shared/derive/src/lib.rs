@@ -50,6 +50,9 @@
 //! use, so that a mistake is one error. A constant beside the declaration refuses an index or
 //! sub-index that occurs twice, also across groups and consecutive indices. So `cargo check` shows the error. A
 //! declaration that has a type parameter without a default is checked where its `Default` is used.
+//!
+//! Related crates: [`async-canopen`](https://docs.rs/async-canopen),
+//! [`async-canopen-eds`](https://docs.rs/async-canopen-eds), [`ecss-can`](https://docs.rs/ecss-can).
 
 mod attribute;
 mod canonical;

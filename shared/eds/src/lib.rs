@@ -45,6 +45,9 @@
 //!   `[Comments]`. The limits of an enumeration are its least and its greatest number.
 //! * `ParameterValue` stands where a DCF differs from the default and nowhere else: tools write what they find there into
 //!   the device, and 1010h or the mapping of a valid PDO do not take their own value back.
+//!
+//! Related crates: [`ecss-can`](https://docs.rs/ecss-can), [`async-canopen`](https://docs.rs/async-canopen),
+//! [`async-canopen-eds`](https://docs.rs/async-canopen-eds), [`ecss-can-cli`](https://docs.rs/ecss-can-cli).
 
 #![forbid(unsafe_code)]
 

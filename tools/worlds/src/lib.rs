@@ -84,6 +84,9 @@
 //! mission. The buses run at 1 Mbit/s, independent of the profile, unless [`Builder::kbit`] sets another rate. Flash
 //! and interrupts take no time; the emulated board models these.
 //!
+//! Related crates: [`ecss-can`](https://docs.rs/ecss-can), [`can-twin`](https://docs.rs/can-twin),
+//! [`ecss-can-eds`](https://docs.rs/ecss-can-eds), [`ecss-can-cli`](https://docs.rs/ecss-can-cli).
+//!
 //! [`CanPort`]: ecss_can::link::port::CanPort
 //! [`Clock`]: ecss_can::runner::Clock
 

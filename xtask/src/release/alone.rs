@@ -9,10 +9,10 @@ use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, ensure};
-use ecss_can_cli::images::support::{output, project};
+use ecss_can_cli::images::support::output;
 
 use super::archive::Archive;
-use super::{BUILT, directory};
+use super::directory;
 
 /// The package with the program.
 const PROGRAM: &str = "ecss-can-cli";
@@ -35,20 +35,19 @@ struct User {
 /// # Errors
 /// When a command fails.
 pub fn check(archives: &[Archive]) -> anyhow::Result<()> {
-    let root = project::target(BUILT).join("alone");
-    let user = User { home: root.join("home"), target: root.join("target") };
-    let source = root.join("source");
-    clear(&user.home)?;
-    let hashes = directory::fill(&source, archives)?.concat();
-    user.forget_other_packages(&root.join("hashes"), &hashes)?;
+    // Outside of the repository: cargo reads configurations in all folders above.
+    let root = tempfile::tempdir().context("no temporary folder")?;
+    let [home, target, source] = ["home", "target", "source"].map(|name| root.path().join(name));
+    let user = User { home, target };
+    directory::fill(&source, archives)?;
     let folder = user.home.join(".cargo");
     fs::create_dir_all(&folder)?;
     fs::write(folder.join("config.toml"), directory::configuration(&source))?;
 
     let program =
         archives.iter().find(|archive| archive.name == PROGRAM).context("no package with the program")?;
-    let installed = source.join(&program.stem).display().to_string();
-    user.run(&user.home, &["cargo", "install", "--quiet", "--locked", "--path", &installed])?;
+    let package = source.join(&program.stem).display().to_string();
+    user.run(&user.home, &["cargo", "install", "--quiet", "--locked", "--path", &package])?;
     for (template, name) in PROJECTS {
         user.run(&user.home, &["ecss-can", "new", template, name])?;
         for command in COMMANDS {
@@ -67,7 +66,9 @@ impl User {
         command.args(&words[1..]).current_dir(folder).env_clear();
         command.envs(KEPT.iter().filter_map(|name| Some((name, std::env::var_os(name)?))));
         command.env("HOME", &self.home).env("CARGO_HOME", self.home.join(".cargo"));
-        command.env("RUSTUP_HOME", rustup_home()?).env("CARGO_TARGET_DIR", &self.target);
+        // The user shares the toolchains of this computer. Rustup must not change them.
+        command.env("RUSTUP_HOME", rustup_home()?).env("RUSTUP_AUTO_INSTALL", "0");
+        command.env("CARGO_TARGET_DIR", &self.target);
         command.env("PATH", self.path()?);
         let status = command.status().with_context(|| format!("cannot run {line}"))?;
         ensure!(status.success(), "`{line}` failed in {} ({status}), see above", folder.display());
@@ -80,23 +81,6 @@ impl User {
         let own = self.home.join(".cargo/bin");
         Ok(std::env::join_paths([own].into_iter().chain(std::env::split_paths(&all)))?)
     }
-
-    /// Removes what was built of other archives: cargo compiles a package of a directory source once for each version.
-    fn forget_other_packages(&self, note: &Path, hashes: &str) -> anyhow::Result<()> {
-        if fs::read_to_string(note).is_ok_and(|before| before == hashes) {
-            return Ok(());
-        }
-        clear(&self.target)?;
-        fs::write(note, hashes).with_context(|| format!("cannot write {}", note.display()))
-    }
-}
-
-/// Removes a folder with its contents, and makes it again.
-fn clear(folder: &Path) -> anyhow::Result<()> {
-    let removed = if folder.exists() { fs::remove_dir_all(folder) } else { Ok(()) };
-    removed
-        .and_then(|()| fs::create_dir_all(folder))
-        .with_context(|| format!("cannot use {}", folder.display()))
 }
 
 /// Returns the folder of rustup's toolchains, which the user shares.

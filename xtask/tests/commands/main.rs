@@ -11,6 +11,7 @@ mod examples;
 mod licences;
 mod mutants;
 mod patches;
+mod release;
 mod selftest;
 mod statements;
 mod walks;
