@@ -104,7 +104,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         return report(&run, &Results::joined(parts));
     }
     if options.world == World::Upsets {
-        return upsets::run(options);
+        return upsets::run(&upset_settings(options));
     }
     if options.kinds.len() > 2 || !options.kinds.is_empty() && options.world == World::Twin {
         let text = "--kinds: one or two kinds, in the world host alone";
@@ -175,6 +175,19 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     part.write(&file)?;
     output::note(format_args!("written to {}", project::shown(&file)));
     report(&part.run, &part.results)
+}
+
+fn upset_settings(options: &Options) -> upsets::Settings<'_> {
+    upsets::Settings {
+        seed: options.seed,
+        masters: options.masters,
+        draws: &options.draws,
+        shard: options.shard,
+        jobs: options.jobs.map_or_else(cores, usize::from),
+        no_build: options.no_build,
+        out: &options.out,
+        replay: options.replay.as_deref(),
+    }
 }
 
 /// Runs until a broken rule is detected.

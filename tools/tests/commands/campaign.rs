@@ -13,6 +13,11 @@ fn wrong_values_of_the_campaign_are_refused() {
         ("campaign --kinds rain", &["--kinds", "cut", "power-slave"]),
         ("campaign --kinds cut,cut,cut", &["--kinds: one or two kinds"]),
         ("campaign --kinds cut --world twin", &["--kinds", "world host"]),
+        (
+            "campaign --world upsets --draws moon=3",
+            &["--draws", "ram, core, masks, peripherals, flash, store"],
+        ),
+        ("campaign --world upsets --replay nowhere.txt", &["--replay nowhere.txt"]),
         ("campaign --broken nothing", &["--broken", "dead-bus"]),
         ("campaign --replay nowhere.txt", &["--replay nowhere.txt", "Usage: ecss-can campaign"]),
         ("campaign merge", &["<FILE>"]),

@@ -3,7 +3,7 @@
 //! [`EmulatedBoard::flip_core`], [`flip_memory`](EmulatedBoard::flip_memory) and [`flip_register`](EmulatedBoard::flip_register) change
 //! the state now; the program sees it from its next instruction on:
 //!
-//! ```ignore
+//! ```text
 //! let mut copy = spacecraft.clone();
 //! let board = copy.board_mut(BoardId(1));
 //! board.tolerate_upsets();

@@ -30,11 +30,9 @@ use std::thread;
 use crate::images::support::misuse::Misuse;
 use crate::images::support::output::{self, Silently};
 use crate::images::support::project;
-use crate::images::support::shard::{self, Part, Run};
+use crate::images::support::shard::{self, Part, Run, Shard};
 use crate::images::support::stop::Stop;
 use anyhow::bail;
-
-use crate::campaign::options::Options;
 use choice::{Draw, choose};
 use outcome::Outcome;
 use place::{Place, Upset};
@@ -74,6 +72,26 @@ impl std::str::FromStr for Draws {
     }
 }
 
+/// Options of a campaign of upsets.
+pub(in crate::campaign) struct Settings<'a> {
+    /// Seed of the instants and places.
+    pub seed: u64,
+    /// Number of masters: 1 or 2.
+    pub masters: u8,
+    /// Number of draws by place. Empty: as many as are usual.
+    pub draws: &'a [Draws],
+    /// Part of the draws.
+    pub shard: Shard,
+    /// Number of threads.
+    pub jobs: usize,
+    /// Uses the images that were built last.
+    pub no_build: bool,
+    /// Folder of the results.
+    pub out: &'a Path,
+    /// File of an upset that is flown instead.
+    pub replay: Option<&'a Path>,
+}
+
 /// Returns whether a file is a part of a campaign of upsets.
 pub(in crate::campaign) fn is_part(path: &Path) -> bool {
     let text = std::fs::read_to_string(path).unwrap_or_default();
@@ -94,8 +112,8 @@ pub(in crate::campaign) fn merge(files: &[PathBuf]) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// When an upset has a bad outcome, or a file cannot be read or written.
-pub(in crate::campaign) fn run(options: &Options) -> anyhow::Result<()> {
-    if let Some(path) = &options.replay {
+pub(in crate::campaign) fn run(options: &Settings) -> anyhow::Result<()> {
+    if let Some(path) = options.replay {
         let refuse = |text: String| Misuse::of("campaign", format!("--replay {}: {text}", path.display()));
         let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
         return replay(&text.parse().map_err(refuse)?, options);
@@ -114,9 +132,8 @@ pub(in crate::campaign) fn run(options: &Options) -> anyhow::Result<()> {
     // A panic of the emulator is part of the result of its draw.
     std::panic::set_hook(Box::new(|_| {}));
     let stop = Stop::at_ctrl_c()?;
-    let jobs = options.jobs.map_or_else(crate::campaign::cores, usize::from);
     let share = options.shard.share(asked.total());
-    let results = campaign(&world, &asked, share, jobs, &stop);
+    let results = campaign(&world, &asked, share, options.jobs, &stop);
     if stop.is_asked() {
         output::warn("the campaign was interrupted");
         return Err(Silently::INTERRUPTED.into());
@@ -133,7 +150,7 @@ pub(in crate::campaign) fn run(options: &Options) -> anyhow::Result<()> {
     report(&part.run, &part.results)
 }
 
-fn replay(upset: &Upset, options: &Options) -> anyhow::Result<()> {
+fn replay(upset: &Upset, options: &Settings) -> anyhow::Result<()> {
     let world = World::prepare(upset.masters, options.seed, options.no_build)?;
     std::panic::set_hook(Box::new(|_| {}));
     let flown = fly::fly(&world, upset);

@@ -15,8 +15,8 @@ use super::grid;
 const OPERATIONAL: u8 = 5;
 /// Greatest number of commands that a slave executes between two stops. More means that the counter itself was changed.
 const MOST_COMMANDS: u32 = 1_000;
-/// Units of spacecraft time in a second, as a power of two.
-const SCET_BITS: u32 = 24;
+/// Units of spacecraft time in a second.
+const SCET_UNITS: u128 = 1 << 24;
 
 /// A service that a node provides, which a flight counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -111,7 +111,7 @@ impl Record {
             && node != 1
             && let Some(scet) = Scet::decode(payload)
         {
-            let us = (u128::from(scet.units()) * 1_000_000 >> SCET_BITS) as i64;
+            let us = (u128::from(scet.units()) * 1_000_000 / SCET_UNITS) as i64;
             self.clocks.push((node, end, us - self.sync as i64));
         }
     }

@@ -102,11 +102,11 @@ impl Results {
 
     /// Returns the results of this campaign as text: a row for each place, and the listed upsets.
     pub fn lines(&self, run: &Run<Asked>) -> Vec<String> {
-        let columns = Outcome::ALL.map(|outcome| format!("{:>13}", outcome.name())).concat();
+        let columns = Outcome::ALL.map(|outcome| format!("{:>15}", outcome.name())).concat();
         let mut lines = vec![format!("{:<12}{:>7}{columns}", "place", "draws")];
         for place in Place::ALL {
             let Some(counts) = self.counts.get(&place) else { continue };
-            let cells = Outcome::ALL.map(|outcome| format!("{:>13}", counts.get(&outcome).unwrap_or(&0)));
+            let cells = Outcome::ALL.map(|outcome| format!("{:>15}", counts.get(&outcome).unwrap_or(&0)));
             let total: u64 = counts.values().sum();
             lines.push(format!("{:<12}{total:>7}{}", place.name(), cells.concat()));
         }

@@ -7,6 +7,7 @@ use can_twin::mmio::Refusal;
 use can_twin::spacecraft::{BoardId, Spacecraft, SpacecraftConfig};
 use can_twin::wire::time::Time;
 
+const RCC_APB1RSTR: u32 = RCC + 0x20;
 const RCC_APB1LPENR: u32 = RCC + 0x60;
 const TIM2_CNT: u32 = TIM2 + 0x24;
 const TIM2_PSC: u32 = TIM2 + 0x28;
@@ -38,6 +39,13 @@ fn timer_without_low_power_enable_stands_in_sleep() {
     let mut other = toggling();
     other.flip_register(RCC_APB1LPENR, 1).unwrap();
     assert_eq!(toggles(other), 100, "TIM3 is not in use");
+}
+
+#[test]
+fn timer_that_is_held_in_reset_stands() {
+    let mut board = toggling();
+    board.flip_register(RCC_APB1RSTR, 0).unwrap();
+    assert_eq!(toggles(board), 0);
 }
 
 #[test]
