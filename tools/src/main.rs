@@ -18,7 +18,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Run the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
-    Fly(fly::CommandLine),
+    Fly(Box<fly::CommandLine>),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
     Twin(fly::live::Options),
     /// Write EDS and DCF of a device from its dictionary, or check the DCF of a network
