@@ -24,7 +24,7 @@ enum Command {
     /// Build an image, write it to a board with probe-rs and show its log
     Flash(firmware::flash::Options),
     /// Run the real firmware on emulated boards, cut the nominal bus, and write a report of the fail-over
-    Fly(fly::CommandLine),
+    Fly(Box<fly::CommandLine>),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
     Twin(fly::live::Options),
     /// Write EDS and DCF of a device from its dictionary, or check the DCF of a network

@@ -23,6 +23,9 @@ const MISSION: &str = "mission.toml";
 /// Begin of the names of the packages of this project.
 const FAMILY: &str = "ecss-can-";
 
+/// Target directory of the user's, which other commands of cargo do not get.
+const TARGET_DIRECTORY: &str = "CARGO_TARGET_DIR";
+
 /// Support of the chip: a package that depends on it has firmware.
 const CHIP: &str = "ecss-can-stm32f4";
 
@@ -149,6 +152,10 @@ fn named<'a>(metadata: &'a Value, manifest: &Path, name: &str) -> Result<&'a Val
 /// Returns the output of `cargo metadata` with all dependencies of images.
 fn metadata(manifest: &Path) -> anyhow::Result<Value> {
     let mut cargo = host_cargo();
+    if let Some(directory) = std::env::var_os(TARGET_DIRECTORY) {
+        // It may be relative to the current folder.
+        cargo.env(TARGET_DIRECTORY, std::path::absolute(&directory).unwrap_or_else(|_| directory.into()));
+    }
     cargo
         .args(["metadata", "--format-version", "1", "--filter-platform", TARGET, "--manifest-path"])
         .arg(manifest);

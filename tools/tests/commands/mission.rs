@@ -63,7 +63,7 @@ fn criterion_that_does_not_hold_fails_the_flight() {
     assert_eq!(code, 1, "{stdout}{stderr}");
     for part in [
         "m.toml:6: fault[0].command: node 2 has no power: power 2 on",
-        "m.toml:8: criterion[0].operational-at: node 2 operational at 0.01 s, found: off",
+        "m.toml:8: criterion[0].operational-at: node 2 operational at 0.01 s, found: starting",
     ] {
         assert!(stderr.contains(part), "no {part:?} in {stderr}");
     }
@@ -79,14 +79,14 @@ fn criterion_that_does_not_hold_fails_the_flight() {
 #[test]
 fn project_of_the_user_flies_without_paths() {
     let here = tempfile::tempdir().expect("a temporary directory");
-    write_project(here.path());
     // Kept: what is built there is the same each time.
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("greenhouse");
+    write_project(here.path(), &target);
     let line = "fly --slaves 1 --seconds 3 --place 5=40 --crystal 5=-30";
     let faults = ["--fault", "1.5 cut nominal 35.5", "--fault", "2 heal nominal", "--fault", "2.2 reset 5"];
     let words: Vec<&str> = line.split(' ').chain(faults).collect();
     let mut command = TOOLS.command(&words);
-    command.current_dir(here.path()).env("CARGO_TARGET_DIR", &target);
+    command.current_dir(here.path()).env_remove("CARGO_TARGET_DIR");
     let output = command.output().expect("it starts");
     let [stdout, stderr] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).expect("UTF-8"));
     assert_eq!(output.status.code(), Some(0), "{stdout}{stderr}");
@@ -105,8 +105,8 @@ fn project_of_the_user_flies_without_paths() {
     assert!(target.join("firmware/greenhouse").is_file(), "its image");
 }
 
-/// Writes a package with the sources of an example.
-fn write_project(folder: &Path) {
+/// Writes a package with the sources of an example, and with this target directory.
+fn write_project(folder: &Path, target: &Path) {
     let example = root().join("firmware/examples/thermometer");
     let parse = |path: &Path| fs::read_to_string(path).expect("a manifest").parse::<Table>().expect("TOML");
     let workspace = parse(&root().join("Cargo.toml"));
@@ -127,7 +127,9 @@ fn write_project(folder: &Path) {
     for (_, target) in manifest["target"].as_table_mut().expect("targets") {
         complete(target.as_table_mut().expect("a target"));
     }
-    fs::create_dir(folder.join("src")).expect("a folder");
+    ["src", ".cargo"].iter().for_each(|name| fs::create_dir(folder.join(name)).expect("a folder"));
+    let configuration = format!("[build]\ntarget-dir = {:?}\n", target.display().to_string());
+    fs::write(folder.join(".cargo/config.toml"), configuration).expect("a file");
     fs::write(folder.join("Cargo.toml"), manifest.to_string()).expect("a file");
     fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).expect("a copy");
     fs::copy(example.join("build.rs"), folder.join("build.rs")).expect("a copy");
