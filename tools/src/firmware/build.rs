@@ -17,10 +17,7 @@ const BUILD: &str = "build";
 
 /// Command line of `build`.
 #[derive(Args, Debug)]
-#[command(
-    after_help = "Examples: ecss-can build\n          ecss-can build slave --board nucleo-f446re --profile standard\n\
-    Exit code: 0; 1 when an image cannot be built; 2: wrong command line."
-)]
+#[command(after_help = "Exit code: 0; 1 when an image cannot be built; 2: wrong command line.")]
 pub struct Options {
     /// Images of this project [default: the images of your project; all of this project outside of one, and with the
     /// options --profile, --bit-rate and --one-controller]

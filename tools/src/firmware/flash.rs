@@ -29,8 +29,7 @@ const PROBE_RS: &str = "probe-rs";
 /// Command line of `flash`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Examples: ecss-can flash slave --board nucleo-f446re\n          ecss-can flash target/firmware/heater -- --probe 0483:374b\n\
-    Needs probe-rs and a debug probe. The log of the image is what DEFMT_LOG says: DEFMT_LOG=debug ecss-can flash slave\n\
+    after_help = "Needs probe-rs and a debug probe. The log of the image is what DEFMT_LOG says: DEFMT_LOG=debug ecss-can flash slave\n\
     Exit code: that of probe-rs; 1 as well when the image cannot be built or probe-rs is missing; 2: wrong command line."
 )]
 pub struct Options {

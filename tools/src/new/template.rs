@@ -26,8 +26,8 @@ macro_rules! files {
 /// Files of a folder with a `mission.toml`: its flight, tested versions of dependencies and toolchain.
 pub(super) const PROJECT: &[File] = files! {
     ".gitignore": "common/ignored",
-    "Cargo.lock": "common/versions.lock",
-    "rust-toolchain.toml": "common/rust-toolchain.toml",
+    "Cargo.lock": "../shipped/Cargo.lock",
+    "rust-toolchain.toml": "../shipped/rust-toolchain.toml",
     "tests/flight.rs": "common/flight.rs",
 };
 
