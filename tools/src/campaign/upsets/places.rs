@@ -46,7 +46,7 @@ impl Places {
         match place {
             Place::Ram => {
                 let sections = self.sections.iter().map(|(_, range)| range.clone());
-                sections.chain([stack.min(self.stack_end)..self.stack_end]).collect()
+                sections.chain(std::iter::once(stack.min(self.stack_end)..self.stack_end)).collect()
             }
             Place::Flash => vec![self.program.clone()],
             Place::Store => vec![self.store.clone()],
