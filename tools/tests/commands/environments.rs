@@ -102,7 +102,8 @@ impl Environment {
         let above = temporary.join(self.folder);
         tiny(&above, self.configuration, Some(BUILD));
         let mut program = TOOLS.command(&["build"]);
-        program.envs(self.variables.iter().copied()).current_dir(above.join("tiny"));
+        program.env_remove("CARGO_TARGET_DIR").envs(self.variables.iter().copied());
+        program.current_dir(above.join("tiny"));
         program.output().expect("the program starts")
     }
 
