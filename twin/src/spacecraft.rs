@@ -7,13 +7,13 @@
 //! A controller's mode handshakes and aborts settle at the end of a quantum, so a flight is reproducible for one length
 //! of the quantum; another length shifts events after a handshake by some microseconds.
 
+use crate::wire::bus::{Wire, WireConfig};
 use crate::wire::controller::Controllers;
 use crate::wire::controller::{Controller, NodeIndex};
 use crate::wire::frame::WireFrame;
 use crate::wire::record::Observation;
 use crate::wire::time::Time;
 use crate::wire::timing::BitTiming;
-use crate::wire::wire::{Wire, WireConfig};
 
 use crate::board::{AccessError, BoardConfig, EmulatedBoard};
 use crate::bxcan::Side;

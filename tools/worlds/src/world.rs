@@ -3,6 +3,7 @@
 use std::cell::{Cell, Ref, RefCell};
 use std::rc::Rc;
 
+use can_twin::wire::bus::{Wire, WireConfig};
 use can_twin::wire::controller::Controllers;
 use can_twin::wire::controller::{Attachment, Controller, NodeIndex, Trace};
 use can_twin::wire::fault::Fault;
@@ -11,7 +12,6 @@ use can_twin::wire::record::{Counters, Destruction, Observation};
 use can_twin::wire::station::Station;
 use can_twin::wire::time::Time;
 use can_twin::wire::timing::BitTiming;
-use can_twin::wire::wire::{Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
 use ecss_can::node::minimal::MinimalEvent;
 use ecss_can::node::{Master, MasterRequest, Slave, SlaveEvent, SpacecraftDevice, Status};

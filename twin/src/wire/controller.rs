@@ -9,7 +9,7 @@ use crate::wire::timing::BitTiming;
 pub type NodeIndex = usize;
 
 /// A CAN controller on a wire: registers, mailboxes and modes. The wire implements bit timing, the protocol engine and
-/// the error counters. It calls the controller only inside [`Wire::advance`](crate::wire::wire::Wire::advance).
+/// the error counters. It calls the controller only inside [`Wire::advance`](crate::wire::bus::Wire::advance).
 pub trait Controller {
     /// Returns how this controller takes part; `None` while it does not (initialisation, sleep, reset, no power) and
     /// neither sends, receives nor acknowledges. Its error counters are kept until [`Attachment::power_cycle`] changes.

@@ -1,11 +1,12 @@
 //! CAN buses in virtual time: every bit of every node, and faults.
 //!
-//! A [`Wire`](wire::Wire) joins any number of [`Controller`](controller::Controller)s. A controller may be an emulated
+//! A [`Wire`](bus::Wire) joins any number of [`Controller`](controller::Controller)s. A controller may be an emulated
 //! bxCAN or a mock. The wire implements bit timing, arbitration, acknowledgement, error frames and fault confinement
 //! (ISO 11898-1). Faults are values ([`fault::Fault`]).
 
 mod arrivals;
 mod bits;
+pub mod bus;
 mod calendar;
 pub mod candump;
 mod confinement;
@@ -29,4 +30,3 @@ pub mod time;
 pub mod timing;
 pub mod transceiver;
 pub mod waveform;
-pub mod wire;

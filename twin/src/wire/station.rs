@@ -2,13 +2,13 @@
 
 use std::collections::VecDeque;
 
+use crate::wire::bus::{Wire, WireConfig};
 use crate::wire::controller::Controllers;
 use crate::wire::controller::{Attachment, Controller, NodeIndex, WireEvent};
 use crate::wire::frame::WireFrame;
 use crate::wire::time::Time;
 use crate::wire::timing::BitTiming;
 use crate::wire::transceiver::Transceiver;
-use crate::wire::wire::{Wire, WireConfig};
 
 /// Sends its queue in order, each frame not before its time, and repeats failed frames.
 #[derive(Clone, Debug)]

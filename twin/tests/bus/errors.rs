@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::common::*;
+use can_twin::wire::bus::WireConfig;
 use can_twin::wire::controller::ErrorKind;
 use can_twin::wire::encode::encode;
 use can_twin::wire::fault::Fault;
@@ -10,7 +11,6 @@ use can_twin::wire::field::Field;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::record::{Destruction, Observation};
 use can_twin::wire::station::Bench;
-use can_twin::wire::wire::WireConfig;
 
 /// Each node reports a wrong bit as the error of its field. A stuff error is the sixth equal bit, a form error a
 /// dominant bit in a delimiter or in EOF. A receiver can have a bit error only in the ACK slot and in flags, where it

@@ -1,6 +1,7 @@
 //! The effect of every fault, and the refusal of impossible faults with the reason.
 
 use crate::common::*;
+use can_twin::wire::bus::WireConfig;
 use can_twin::wire::controller::{ErrorKind, WireEvent};
 use can_twin::wire::encode::encode;
 use can_twin::wire::fault::{Effect, Fault, FaultError, Flip, Nodes, Place};
@@ -9,7 +10,6 @@ use can_twin::wire::frame::WireFrame;
 use can_twin::wire::record::{Destruction, Observation};
 use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
-use can_twin::wire::wire::WireConfig;
 use proptest::prelude::*;
 
 /// Returns a bench with two nodes on the left (0 m, 1 m) and two on the right (11 m, 12 m).

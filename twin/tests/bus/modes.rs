@@ -1,6 +1,7 @@
 //! Bus monitoring, single shot, foreign frames, arbitration, joining and leaving.
 
 use crate::common::*;
+use can_twin::wire::bus::WireConfig;
 use can_twin::wire::controller::{ErrorKind, Trace, WireEvent};
 use can_twin::wire::fault::Fault;
 use can_twin::wire::field::Field;
@@ -9,7 +10,6 @@ use can_twin::wire::record::Destruction;
 use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
 use can_twin::wire::transceiver::Transceiver;
-use can_twin::wire::wire::WireConfig;
 use proptest::prelude::*;
 
 /// Every completed frame.

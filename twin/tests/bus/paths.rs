@@ -1,6 +1,7 @@
 //! Compares the fast path with the bit path: the results are equal to the tick.
 
 use crate::common::cases;
+use can_twin::wire::bus::WireConfig;
 use can_twin::wire::fault::{Effect, Fault, Flip, Nodes, Place};
 use can_twin::wire::field::Field;
 use can_twin::wire::frame::{WireFrame, WireId};
@@ -9,7 +10,6 @@ use can_twin::wire::time::Time;
 use can_twin::wire::timing::BitTiming;
 use can_twin::wire::transceiver::Transceiver;
 use can_twin::wire::waveform::Waveform;
-use can_twin::wire::wire::WireConfig;
 use proptest::prelude::*;
 
 fn frame() -> impl Strategy<Value = WireFrame> {

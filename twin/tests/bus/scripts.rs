@@ -6,6 +6,7 @@
 use std::collections::BTreeSet;
 
 use crate::common::*;
+use can_twin::wire::bus::WireConfig;
 use can_twin::wire::controller::WireEvent;
 use can_twin::wire::encode::encode;
 use can_twin::wire::fault::{Effect, Fault, Flip, Nodes, Place};
@@ -15,7 +16,6 @@ use can_twin::wire::record::Observation;
 use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
 use can_twin::wire::timing::BitTiming;
-use can_twin::wire::wire::WireConfig;
 
 const NODES: usize = 8;
 const SCRIPTS: u64 = 1000;

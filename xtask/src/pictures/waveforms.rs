@@ -1,11 +1,11 @@
 //! Waveforms of the documentation, taken from a simulated bus.
 
 use anyhow::Context;
+use can_twin::wire::bus::WireConfig;
 use can_twin::wire::fault::{Fault, Flip, Nodes, Place};
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
-use can_twin::wire::wire::WireConfig;
 use ecss_can_cli::fly::drawing::waveform::{Options, draw};
 
 /// Time of SOF of the first frame.

@@ -39,4 +39,5 @@ mod templates;
 mod thermometer;
 mod too_much;
 mod unheard;
+mod two_folders;
 mod upsets;

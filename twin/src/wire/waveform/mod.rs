@@ -1,6 +1,6 @@
 //! Waveforms, as an oscilloscope with a protocol decoder on every node would show them.
 //!
-//! [`Wire::record_waveform`](crate::wire::wire::Wire::record_waveform) records one for a span of time, in which every bit is
+//! [`Wire::record_waveform`](crate::wire::bus::Wire::record_waveform) records one for a span of time, in which every bit is
 //! computed. Otherwise it costs no time.
 
 mod recorder;

@@ -3,13 +3,13 @@
 use std::fmt::Debug;
 
 use can_twin::bxcan::{Activity, BxcanPair, IrqLines, PclkTick, Side, Stats};
+use can_twin::wire::bus::{Wire, WireConfig};
 use can_twin::wire::controller::{Controller, Controllers, NodeIndex};
 use can_twin::wire::fault::{Effect, Fault, Flip, Nodes, Place};
 use can_twin::wire::field::Field;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::station::Station;
 use can_twin::wire::time::Time;
-use can_twin::wire::wire::{Wire, WireConfig};
 
 pub const MCR: u32 = 0x000;
 pub const MSR: u32 = 0x004;

@@ -9,11 +9,11 @@
 use std::time::{Duration, Instant};
 
 use anyhow::ensure;
+use can_twin::wire::bus::WireConfig;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
 use can_twin::wire::timing::BitTiming;
-use can_twin::wire::wire::WireConfig;
 
 use crate::bench::context::Context;
 use crate::bench::row::Row;
