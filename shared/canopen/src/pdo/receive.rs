@@ -15,7 +15,8 @@ pub enum Taken {
     Refused,
     /// The frame waits for SYNC.
     Held,
-    /// The PDO is synchronous, and the frame came after the synchronous window (1007h). It was discarded.
+    /// The PDO is synchronous, and the frame came after the synchronous window (1007h). It was discarded: neither
+    /// the deadline nor an error of the PDO changed.
     OutsideWindow,
     /// The frame has fewer bytes than are mapped. It was not processed.
     Rejected,
@@ -42,7 +43,7 @@ const fn function(id: u16) -> usize {
 ///   gone.
 /// - A frame may end before a value that the device declares optional. Such a value is zero.
 /// - The event timer is a deadline from each good frame to the next. It starts with the first good frame in
-///   Operational, or after the PDO was configured.
+///   Operational, or after the PDO was configured. A frame that the synchronous window discards does not restart it.
 /// - Two PDOs may have the same COB-ID. Both take the frame, in the order of their numbers.
 #[doc(alias("RPDO", "receive PDO"))]
 #[derive(Debug)]
@@ -249,6 +250,9 @@ impl<S: PdoSlots> Rpdos<S> {
         objects: &mut D,
     ) -> Taken {
         let Some(pdo) = self.pdos.as_mut().get_mut(number) else { return Taken::Rejected };
+        if pdo.synchronous && at > window_end {
+            return Taken::OutsideWindow;
+        }
         if frame.dlc() != pdo.layout.bytes() || pdo.errors != 0 {
             let is_accepted = pdo.accepts(frame.dlc());
             self.has_events |= pdo.has_events();
@@ -260,9 +264,7 @@ impl<S: PdoSlots> Rpdos<S> {
             pdo.deadline = at + Duration::from_millis(u64::from(pdo.timeout));
             self.next = self.next.min(pdo.deadline);
         }
-        if pdo.synchronous && at > window_end {
-            Taken::OutsideWindow
-        } else if pdo.waits {
+        if pdo.waits {
             (pdo.held, pdo.waiting, self.waiting) = (frame.bits(), true, true);
             Taken::Held
         } else {

@@ -354,6 +354,33 @@ fn synchronous_frames_after_window_are_discarded_until_sync() {
     assert_eq!(node.told(), []);
 }
 
+/// Given a synchronous RPDO with a deadline, when all further frames come after the window, then the RPDO is overdue, and only a
+/// frame within the window resolves that. The length of a discarded frame is no error.
+///
+/// Verifies: ECSS 6.9e
+#[test]
+fn frames_after_the_window_do_not_restart_the_deadline() {
+    let mut node = Node::with(0, parameters(0x205, 1, 20), &WORDS);
+    node.sync(ms(10));
+    node.receive(0x205, &DATA, ms(5));
+    node.sync(ms(20));
+    assert_eq!(node.told(), [(0, Applied)]);
+    node.receive(0x205, &DATA, ms(21));
+    assert_eq!(node.told(), [(0, OutsideWindow)]);
+    node.poll(ms(24));
+    assert_eq!(node.told(), []);
+    node.poll(ms(25));
+    assert_eq!(node.told(), [(0, Error(Overdue))]);
+    for data in [&DATA[..], &[]] {
+        node.receive(0x205, data, ms(26));
+        assert_eq!(node.told(), [(0, OutsideWindow)]);
+    }
+    node.sync(ms(40));
+    node.receive(0x205, &DATA, ms(40));
+    assert_eq!(node.told(), [(0, Resolved(Overdue))]);
+    assert_eq!(node.rpdos.deadline(), Some(ms(60)));
+}
+
 #[test]
 fn two_with_one_cob_id_both_take_it() {
     let mut node = Node::with(3, parameters(0x205, 254, 0), &[entry(0x6000, 1, 16)]);
