@@ -38,7 +38,7 @@ pub(super) struct Measurement<B: Platform, D: SpacecraftDevice, M: MasterBoards>
 );
 
 impl<B: Platform, D: SpacecraftDevice, M: MasterBoards> Measurement<B, D, M> {
-    pub(super) async fn run(&self, node: NodeId) -> Result<Cable, Error> {
+    pub(super) async fn run(self, node: NodeId) -> Result<Cable, Error> {
         self.range(node.get())?;
         // 2044h names no slave any more afterwards, also when this future is dropped.
         let _end = AtEnd::new(self.0, Master::stop_ranging);

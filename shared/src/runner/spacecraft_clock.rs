@@ -1,5 +1,7 @@
 //! Clock of the spacecraft time, for an application.
 
+use easy_ext::ext;
+
 use super::extend::{Waiter, WholeNode};
 use super::{Handle, Platform};
 use crate::node::TimeKeeper;
@@ -73,21 +75,10 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
 }
 
 /// What the handle of a node that keeps the spacecraft time has beyond that of a CANopen node.
-pub trait TimeHandle {
-    /// Board of the node.
-    type Board: Platform;
-    /// Type of the node.
-    type Node: TimeKeeper;
-
+#[ext(TimeHandle)]
+impl<B: Platform, N: TimeKeeper> Handle<B, N> {
     /// Returns the clock of the spacecraft time.
-    fn clock(&self) -> SpacecraftClock<Self::Board, Self::Node>;
-}
-
-impl<B: Platform, N: TimeKeeper> TimeHandle for Handle<B, N> {
-    type Board = B;
-    type Node = N;
-
-    fn clock(&self) -> SpacecraftClock<B, N> {
+    pub fn clock(&self) -> SpacecraftClock<B, N> {
         SpacecraftClock::new(*self)
     }
 }
