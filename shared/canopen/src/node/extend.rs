@@ -4,6 +4,7 @@
 //! of a node need none of this.
 
 pub use super::buses::{BusNews, Buses};
+pub use super::changed_filters::ChangedFilters;
 pub use super::device::ClientNode;
 pub use super::events::{NodeEvent, SlaveEvents};
 pub use super::messages::{BusCommand, Filters, FullDepth, LinkEvent, MAX_FILTERS, QUEUE_DEPTH};

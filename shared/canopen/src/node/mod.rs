@@ -42,6 +42,7 @@
 
 mod buses;
 mod canopen_slave;
+mod changed_filters;
 mod communication;
 mod contract;
 mod counters;

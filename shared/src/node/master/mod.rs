@@ -2,7 +2,6 @@
 
 mod builder;
 mod declared;
-mod filters;
 mod initial;
 mod objects;
 mod ranging;
@@ -16,11 +15,11 @@ pub use builder::MasterBuilder;
 pub use declared::MasterObjects;
 use declared::MasterServices;
 
-use async_canopen::node::extend::{BusNews, Part, Timed};
+use async_canopen::node::extend::{BusNews, ChangedFilters, Part, Timed};
 use async_canopen::store::machine::Storage;
 
-use self::filters::{FUNCTIONS, SentFilters};
 use self::initial::Initial;
+use self::objects::FUNCTIONS;
 use self::ranging::RangingServices;
 use self::requests::Identification;
 use self::sending::Budgets;
@@ -67,7 +66,7 @@ pub struct Master<D: SpacecraftDevice, B: MasterBoards = OneBoard> {
     /// Neither its boot-up message nor a later heartbeat was acknowledged: emergencies, which would win
     /// arbitration, wait.
     is_booting: bool,
-    filters: Timed<SentFilters>,
+    filters: Timed<ChangedFilters>,
     initial: Initial,
 }
 
@@ -86,7 +85,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             stamped: profile.stamped,
             minimal: profile.minimal,
             is_booting: true,
-            filters: Timed::new(SentFilters::new()),
+            filters: Timed::new(ChangedFilters::default()),
             // Large ones last: the compiler makes them in their places where no loop follows.
             boot: Timed::new(requests::boot_at_power_on(profile)),
             transfers: Timed::new(Transfers::new(profile.sdo_timeout, profile.network.bit_rate)),
@@ -117,10 +116,6 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     fn errors_mut(&mut self) -> &mut ErrorReader {
         self.errors.change(self.services.wakes_mut())
-    }
-
-    fn filters_mut(&mut self) -> &mut SentFilters {
-        self.filters.change(self.services.wakes_mut())
     }
 
     /// Does what is due.
@@ -187,12 +182,11 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     }
 
     fn power_on(&mut self, turn: &mut Turn) {
-        self.note_sent_filters();
         if self.services.storage_mut().is_there() {
             self.services.load(Group::All);
             let redundancy = initial::written_redundancy(&self.services, &self.initial);
             self.redundancy_mut().restore(redundancy);
-            self.filters_mut().note_change();
+            self.note_filters();
         }
         self.take_assignments();
         if !self.redundancy_mut().start(turn.now) {
@@ -280,7 +274,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
     }
 
     fn filter(&self, number: usize) -> Option<Filter> {
-        u16::try_from(number).ok().filter(|number| *number <= FUNCTIONS).map(|number| self.filter(number))
+        (number <= FUNCTIONS).then(|| self.filter(number))
     }
 
     fn start(&mut self, turn: &mut Turn) {

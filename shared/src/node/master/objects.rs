@@ -3,7 +3,6 @@
 use async_canopen::node::extend::{Part, SdoStep};
 
 use super::declared::MasterObjects;
-use super::filters::FUNCTIONS;
 use super::initial::written_redundancy;
 use super::{Master, MasterServices, Turn};
 use crate::boot::machine::Assignment;
@@ -18,7 +17,7 @@ use crate::node::index::{
 };
 use crate::node::network_objects::entry;
 use crate::node::services::{LiveServices, TimeServices};
-use crate::node::{BusCommand, Filters, NodeObjects, Ranging, SelfTest, SpacecraftDevice};
+use crate::node::{Filters, NodeObjects, Ranging, SelfTest, SpacecraftDevice};
 use crate::redundancy::{MasterBoards, Sending};
 use crate::types::{Address, Bus, CobId, Frame, Instant, NmtState, NodeId};
 
@@ -28,6 +27,8 @@ pub(super) const UNKNOWN: u8 = 0;
 pub(super) const MISSING: u8 = 1;
 /// 1F82h: sub-index of all nodes.
 const ALL: u8 = 128;
+/// Function codes of COB-IDs. Each has a filter; that of the requests to the SDO server of the master follows.
+pub(super) const FUNCTIONS: usize = 16;
 
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns the object dictionary.
@@ -92,7 +93,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                 self.follow_consumers();
                 self.redundancy_mut().configure(written, now);
             }
-            SYNC_COB_ID | RPDO..=LAST_TPDO_MAPPING => self.filters_mut().note_change(),
+            SYNC_COB_ID | RPDO..=LAST_TPDO_MAPPING => self.note_filters(),
             SYNC_DITHER => sync.set_dither(self.services.network().sync_dither),
             RANGING => self.services.network_mut().ranging.heard = 0,
             ASSIGNMENT => {
@@ -218,8 +219,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Returns a filter: all COB-IDs of one function code, heartbeats again if none of these is needed, or the
     /// requests to this server.
-    pub(super) fn filter(&self, number: u16) -> Filter {
-        let is_of = |id: CobId| id.raw() >> 7 == number;
+    pub(super) fn filter(&self, number: usize) -> Filter {
+        let is_of = |id: CobId| usize::from(id.raw() >> 7) == number;
         let node = NodeId::MASTER;
         let raw = D::RAW_FRAMES.iter().copied();
         let sync = self.services.written_sync_id();
@@ -251,40 +252,21 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         if self.services.compare_cob_ids(turn.now) {
             self.follow(Address::new(SYNC_COB_ID, 0), turn.now);
             // A bus may have taken a filter from the object that was wrong.
-            self.filters_mut().forget();
+            self.note_filters();
         }
     }
 
-    /// Notes at power-on that the buses have the filters of the profile.
-    pub(super) fn note_sent_filters(&mut self) {
-        for number in 0..FUNCTIONS {
-            let filter = self.filter(number);
-            self.filters.no_sooner().set(number, filter);
-        }
+    /// Notes that filters may have changed.
+    pub(super) fn note_filters(&mut self) {
+        self.filters.change(self.services.wakes_mut()).note_all(FUNCTIONS);
     }
 
-    /// Sends both buses the filters that have changed, as a standby, too.
+    /// Sends both buses the filters that may have changed, as a standby, too.
     pub(super) fn run_filters(&mut self, turn: &mut Turn) {
         if self.filters.earliest().is_some() {
-            let are_all = self.set_filters(turn);
-            self.filters.no_sooner().on_sent(are_all, turn.now);
+            let mut filters = *self.filters;
+            filters.send(&Bus::ALL, |number| self.filter(number), turn);
+            *self.filters.no_sooner() = filters;
         }
-    }
-
-    /// Sends changed filters, as many as fit into the outbox beside frames. Returns whether that is all.
-    fn set_filters(&mut self, turn: &mut Turn) -> bool {
-        for number in 0..FUNCTIONS {
-            let filter = self.filter(number);
-            if self.filters.has(number, filter) {
-                continue;
-            }
-            if !turn.out.has_room() {
-                return false;
-            }
-            self.filters.no_sooner().set(number, filter);
-            let command = BusCommand::Filter { number: number as u8, filter };
-            Bus::ALL.into_iter().for_each(|bus| turn.out.command(bus, command));
-        }
-        true
     }
 }

@@ -141,7 +141,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                 let redundancy = written_redundancy(&self.services, &self.initial);
                 self.take_assignments();
                 self.redundancy_mut().configure(redundancy, turn.now);
-                self.filters_mut().note_change();
+                self.note_filters();
                 self.boot_up(turn);
             }
         }

@@ -3,49 +3,16 @@
 use super::SlaveCore;
 use crate::link::port::Filter;
 use crate::node::services::Extension;
-use crate::node::turn::{Part, Turn};
-use crate::node::{BusCommand, Device, Filters, MAX_FILTERS};
+use crate::node::turn::Turn;
+use crate::node::{Device, Filters, MAX_FILTERS};
 use crate::pdo::PdoSlots;
 use crate::sdo::SdoServers;
-use crate::types::{Bus, CobId, Duration, Instant, NodeId};
-
-/// Retry interval for changed filters.
-const FILTER_PAUSE: Duration = Duration::from_millis(1);
+use crate::types::{Bus, CobId, NodeId};
 
 /// Number of the filter of SYNC, behind that of NMT. The filters of SDO and of the master's heartbeat follow it.
 pub const SYNC_FILTER: usize = 1;
 /// Number of the first filter of a node that 1016h monitors.
 pub const FILTERS_OF_PEERS: usize = 4;
-
-/// Filters that are to be sent to the buses.
-#[derive(Debug)]
-pub struct ChangedFilters {
-    /// A bit for each of them.
-    numbers: u32,
-    /// Those that found no room wait for a short pause.
-    not_before: Instant,
-}
-
-impl Default for ChangedFilters {
-    fn default() -> Self {
-        ChangedFilters { numbers: 0, not_before: Instant::ZERO }
-    }
-}
-
-impl ChangedFilters {
-    /// Takes the number of the last one.
-    fn take_last(&mut self) -> Option<u32> {
-        let number = self.numbers.checked_ilog2()?;
-        self.numbers &= !(1 << number);
-        Some(number)
-    }
-}
-
-impl Part for ChangedFilters {
-    fn earliest(&self) -> Option<Instant> {
-        (self.numbers != 0).then_some(self.not_before)
-    }
-}
 
 impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     /// Returns the filters: exact COB-IDs only. There is one for each entry of 1016h and for each RPDO, in
@@ -109,21 +76,20 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     /// Notes that a filter has changed. The node sends it to its buses when it runs next.
     #[inline(never)] // many callers
     pub(crate) fn note_filter(&mut self, number: usize) {
-        if number < MAX_FILTERS {
-            let changed = self.changed_filters.change(self.services.wakes_mut());
-            (changed.numbers, changed.not_before) = (changed.numbers | 1 << number, Instant::ZERO);
-        }
+        self.changed_filters.change(self.services.wakes_mut()).note(number);
+    }
+
+    /// Sends all filters to the buses.
+    pub(crate) fn note_all_filters(&mut self) {
+        let count = self.wanted_filters();
+        self.changed_filters.change(self.services.wakes_mut()).note_all(count);
     }
 
     /// Sends changed filters to `buses` while there is room beside the frames. Filters of RPDOs go first.
     pub fn set_filters(&mut self, buses: &[Bus], turn: &mut Turn<'_, E::SlaveEvent>) {
-        while turn.out.has_room()
-            && let Some(number) = self.changed_filters.no_sooner().take_last()
-        {
-            let command = BusCommand::Filter { number: number as u8, filter: self.filter(number as usize) };
-            buses.iter().for_each(|bus| turn.out.command(*bus, command));
-        }
-        self.changed_filters.no_sooner().not_before = turn.now + FILTER_PAUSE;
+        let mut changed = *self.changed_filters;
+        changed.send(buses, |number| self.filter(number), turn);
+        *self.changed_filters.no_sooner() = changed;
     }
 
     /// Returns whether a frame with this COB-ID may be for this node.

@@ -7,6 +7,7 @@ mod device;
 mod filters;
 
 use super::buses::Buses;
+use super::changed_filters::ChangedFilters;
 use super::events::SlaveEvents;
 use super::services::Services;
 use super::turn::{Timed, Turn, Wakes};
@@ -18,7 +19,6 @@ use crate::node::services::{Extension, NodeObjects};
 use crate::od::INVALID;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 use cob_id_set::CobIdSet;
-use filters::ChangedFilters;
 pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
 
 /// NMT slave, SYNC consumer and CANopen device. `E`: parts of the node beyond CANopen.
@@ -231,11 +231,6 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
             // A bus may have taken its filter from the object that was wrong.
             self.note_all_filters();
         }
-    }
-
-    /// Sends all filters to the buses. A controller that has them already is not disturbed.
-    fn note_all_filters(&mut self) {
-        (0..self.wanted_filters()).for_each(|number| self.note_filter(number));
     }
 
     /// Notes when to poll next, after a run of the node, which may have moved every deadline.
