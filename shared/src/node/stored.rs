@@ -179,7 +179,7 @@ impl<D: Objects> Parameters for Present<'_, D> {
             if let Ok(mut found) = find(self.0, at) {
                 let rest = entry.count.saturating_sub(at.sub.saturating_sub(entry.sub));
                 let count = if entry.data_type.size().is_some() { rest } else { 1 };
-                return Some(Row { at, count, len: found.len() });
+                return Some(Row { at, count, len: found.upload_len() });
             }
         }
     }

@@ -77,19 +77,14 @@ impl<'a> Found<'a> {
         if !self.entry.access.is_readable() {
             return Err(AbortCode::WriteOnly);
         }
-        let len = self.len();
+        let len = self.upload_len();
         Ok(if self.entry.size == 0 || len > WHOLE { Transfer::Stream(len) } else { Transfer::Whole(len) })
     }
 
     /// Returns the number of bytes that an upload gives now.
-    pub fn len(&mut self) -> usize {
+    pub fn upload_len(&mut self) -> usize {
         let size = self.entry.size.into();
         self.bytes().map_or(size, |bytes| bytes.len())
-    }
-
-    /// Returns whether an upload gives no bytes.
-    pub fn is_empty(&mut self) -> bool {
-        self.len() == 0
     }
 
     /// Copies bytes from `offset` on. Returns their number.
