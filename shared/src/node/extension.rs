@@ -13,7 +13,8 @@ use crate::emcy::EmcyConsumers;
 use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::od::Objects;
-use crate::pdo::Mapping;
+use crate::pdo::machine::rules::is_synchronous;
+use crate::pdo::{Mapping, PdoSlots};
 use crate::redundancy::RedundancyObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NodeId, PerBus};
 
@@ -45,7 +46,13 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
         stamp: &Stamp,
         turn: &mut Turn<'_, V>,
     ) {
-        services.take_time(number, bus, stamp, turn);
+        let kind = services.state().mapped_time(number);
+        // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
+        let pdo = services.objects().pdos.rpdos().0.get(number);
+        let by_sync = pdo.is_some_and(|pdo| is_synchronous(pdo.transmission));
+        if !services.follow_time(kind, by_sync, stamp, turn) {
+            services.buses_mut().count_malformed(bus);
+        }
     }
 
     fn is_short_lived(state: &State<D::Pdos, D::Sdo>, number: usize) -> bool {
@@ -53,21 +60,39 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
     }
 
     fn note_mappings(services: &mut Services<D>) {
-        services.note_live_values();
+        let is_master = services.id() == NodeId::MASTER;
+        let (objects, state) = services.objects_and_state();
+        state.note_mappings(&objects.pdos, is_master);
+        let notes_syncs = state.notes_syncs();
+        services.watch_syncs(notes_syncs);
     }
 
+    /// A PDO that carries the time must not be taken for that of the next SYNC.
     fn synchronous_lifetime(services: &Services<D>, whole: Duration) -> Duration {
-        TimeServices::synchronous_lifetime(services, whole)
+        let carries_time = services.time_pdos().any(|(_, pdo)| is_synchronous(pdo.transmission));
+        if carries_time { Duration::from_micros(whole.as_micros() / 2) } else { whole }
     }
 
     fn on_sync(services: &mut Services<D>, bus: Bus, stamp: &Stamp) {
         if services.state().notes_syncs() {
-            services.note_sync(bus, stamp);
+            services.time_mut().on_sync(bus, stamp);
+            // Its PDOs are sampled at its end (ECSS 7.2.3k).
+            if services.state().carries_live_value()
+                && let Some(at) = services.last_sync()
+            {
+                services.refresh_time(at);
+                services.refresh_carried(at.instant());
+            }
         }
     }
 
     fn sample_events(services: &mut Services<D>, until: Instant) {
-        services.sample_events(until);
+        if services.state().carries_live_value()
+            && services.tpdos().deadline().is_some_and(|due| due <= until)
+        {
+            services.refresh_time_of_events(until);
+            services.refresh_carried(until);
+        }
     }
 
     #[inline] // row `instructions.sdo_upload`

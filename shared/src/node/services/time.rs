@@ -15,9 +15,7 @@ use crate::od::checked::find;
 use crate::pdo::machine::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, TimeCorrection, TimeService, mean_of_truncated};
-use crate::types::{
-    AbortCode, Address, Bus, CobId, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc,
-};
+use crate::types::{AbortCode, Address, CobId, FineInstant, FineScet, Frame, Instant, Scet, Utc};
 
 /// Binary places of a second that hold a microsecond, and a millisecond.
 const BITS_OF_MICROS: u32 = 20;
@@ -163,24 +161,6 @@ impl<D: SpacecraftDevice> Services<D> {
     pub fn note_heartbeat(&mut self, stamp: &Stamp) {
         if let Some(sent) = self.time_mut().on_heartbeat(stamp.fine()) {
             self.objects_mut().extension.show_heartbeat(sent);
-        }
-    }
-
-    /// Takes the time that a receive PDO has written.
-    #[inline(never)] // seldom
-    pub fn take_time<V: NodeEvent<Extension = SpacecraftEvent>>(
-        &mut self,
-        number: usize,
-        bus: Bus,
-        stamp: &Stamp,
-        turn: &mut Turn<'_, V>,
-    ) {
-        let kind = self.state().mapped_time(number);
-        // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
-        let pdo = self.objects().pdos.rpdos().0.get(number);
-        let by_sync = pdo.is_some_and(|pdo| is_synchronous(pdo.transmission));
-        if !self.follow_time(kind, by_sync, stamp, turn) {
-            self.buses_mut().count_malformed(bus);
         }
     }
 
@@ -339,13 +319,6 @@ impl<D: SpacecraftDevice> Services<D> {
             let id = CobIdEntry::from_raw(pdo.cob_id).cob_id()?;
             Some((number, CommonPdo { id, transmission: pdo.transmission }))
         })
-    }
-
-    /// Returns the lifetime of a synchronous PDO. A PDO that carries the time must not be taken for that of the
-    /// next SYNC.
-    pub fn synchronous_lifetime(&self, whole: Duration) -> Duration {
-        let carries_time = self.time_pdos().any(|(_, pdo)| is_synchronous(pdo.transmission));
-        if carries_time { Duration::from_micros(whole.as_micros() / 2) } else { whole }
     }
 }
 
