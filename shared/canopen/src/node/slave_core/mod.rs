@@ -139,12 +139,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         turn: &mut Turn<'_, E::SlaveEvent>,
         change: impl FnOnce(&mut NodeControl) -> Reaction,
     ) -> bool {
-        let reaction = change(self.control_mut());
-        self.follow(reaction, turn)
-    }
-
-    fn follow(&mut self, reaction: Reaction, turn: &mut Turn<'_, E::SlaveEvent>) -> bool {
-        match reaction {
+        match change(self.control_mut()) {
             Reaction::Unchanged => {}
             Reaction::Entered(state) => self.entered(state, turn),
             Reaction::ResetNode => self.wait_for_reset(turn),
@@ -189,10 +184,8 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     fn on_peer_missed(&mut self, node: NodeId, turn: &mut Turn<'_, E::SlaveEvent>) {
         turn.out.event(E::SlaveEvent::peer_missed(node));
         let behaviour = self.services.objects().communication.nmt.error_behaviour();
-        let reaction = self.control_mut().on_communication_error(behaviour);
-        if let Reaction::Entered(state) = reaction {
-            self.entered(state, turn);
-        }
+        // Neither behaviour is a reset.
+        _ = self.change_state(turn, |control| control.on_communication_error(behaviour));
     }
 
     /// Does what was due at `until`, which may be before `now`. Frames go out on `bus`.
