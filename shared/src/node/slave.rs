@@ -43,7 +43,6 @@ pub struct Slave<D: SpacecraftDevice> {
 }
 
 impl<D: SpacecraftDevice> Slave<D> {
-    #[inline(never)] // places on a small stack are reached by short instructions
     fn new(id: NodeId, profile: &Profile, application: D) -> Self {
         let redundancy = profile.redundancy();
         Slave {
@@ -166,7 +165,6 @@ impl<D: SpacecraftDevice> Slave<D> {
     }
 
     /// Reports a frame that the budget refused.
-    #[inline(never)] // seldom
     fn on_over_budget(&mut self, id: CobId, over: Over, turn: &mut Turn) {
         self.budget.settle(self.canopen.wakes_mut());
         if self.canopen.services_mut().over_budget(id, over) {
@@ -247,7 +245,6 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
         self.canopen.services().with_save(self.canopen.deadline())
     }
 
-    #[inline(always)] // called from one place
     fn charge(&mut self, frame: &Frame, turn: &mut Turn) -> bool {
         // Its client limits it, as that of the default server.
         if self.canopen.services().is_second_sdo_answer(frame.id()) {

@@ -112,7 +112,6 @@ impl Stored {
     /// # Errors
     /// [`AbortCode::DeviceState`] outside of maintenance mode, [`AbortCode::CannotTransfer`] for other bytes,
     /// [`AbortCode::ValueRange`] for the master's Node-ID and above 127, or an error of the store.
-    #[inline(never)] // writes to other objects skip its prologue
     pub fn store_node_id(&mut self, value: &[u8]) -> Result<u32, AbortCode> {
         let store = self.maintained.as_mut().ok_or(AbortCode::DeviceState)?;
         let id = match *value {

@@ -31,7 +31,6 @@ pub struct CanopenSlave<D: Device> {
 
 impl<D: Device> CanopenSlave<D> {
     /// Makes a slave before power-on. `id` is 2 to 127.
-    #[inline(never)]
     pub fn new(id: NodeId, settings: &Settings, device: D) -> Self {
         let initial = settings.heartbeats;
         let objects = NodeObjects::at_power_on(id, initial, device);
@@ -70,7 +69,6 @@ impl<D: Device> CanopenSlave<D> {
     }
 
     /// Dispatches a frame that may be for this node.
-    #[inline(never)] // frames of other nodes skip its prologue
     fn on_frame(&mut self, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let (id, state) = (frame.id(), self.state());
         if self.canopen.takes_sync(id) {
@@ -123,7 +121,6 @@ impl<D: Device> CanopenSlave<D> {
         }
     }
 
-    #[inline(never)] // most frames find nothing due
     fn run_due(&mut self, turn: &mut Turn) {
         if self.state() == NmtState::Initialising {
             return;

@@ -40,7 +40,6 @@ impl<E, D: Depth> Outbox<E, D> {
     }
 
     /// Sends a frame before `expires`. From then on the frame is dropped.
-    #[inline(never)] // sent from many places
     pub fn send_until(&mut self, bus: Bus, frame: Frame, expires: Instant) {
         if !self.push_frame(bus, frame, expires) {
             self.overflows = self.overflows.saturating_add(1);
@@ -50,7 +49,6 @@ impl<E, D: Depth> Outbox<E, D> {
 
     /// Sends a frame before `expires`, if there is room. Returns whether there was. The last quarter of the places is
     /// reserved for commands other than frames.
-    #[inline(never)] // sent from many places
     pub fn offer(&mut self, bus: Bus, frame: Frame, expires: Instant) -> bool {
         self.push_frame(bus, frame, expires)
     }

@@ -45,7 +45,6 @@ impl Initial {
     }
 
     /// Makes the objects at power-on.
-    #[inline(never)] // made in their place
     pub fn objects<D: SpacecraftDevice>(
         &self,
         profile: &Profile,
@@ -98,7 +97,6 @@ impl Initial {
     }
 
     /// PDOs of the time take the period of the profile where the device declares none: with SYNCs every n-th one.
-    #[inline(never)] // made in their place
     fn pdos<D: SpacecraftDevice>(&self) -> D::Pdos {
         let mut pdos = D::pdos(NodeId::MASTER);
         let period = self.time.as_millis().min(u64::from(u16::MAX)) as u16;
@@ -118,7 +116,6 @@ impl Initial {
     }
 }
 
-#[inline(never)] // made in their place
 fn application<D: SpacecraftDevice>(profile: &Profile, device: D) -> MasterObjects<D> {
     MasterObjects {
         device,
@@ -129,7 +126,6 @@ fn application<D: SpacecraftDevice>(profile: &Profile, device: D) -> MasterObjec
 }
 
 /// The slaves of the profile.
-#[inline(never)] // made in its place
 fn network(profile: &Profile) -> NetworkObjects {
     let boot_time = profile.boot.time.as_millis() as u32;
     let mut network = NetworkObjects { boot_time, ..NetworkObjects::default() };

@@ -72,7 +72,6 @@ pub struct Master<D: SpacecraftDevice, B: MasterBoards = OneBoard> {
 
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     // One expression of calls: each part is made in its place, and a copy of a master is 20 kB of stack.
-    #[inline(never)]
     fn new(boards: B, profile: &Profile, device: D, hardware: Hardware) -> Self {
         let Hardware { store, post_mortem, .. } = hardware;
         let initial = Initial::new(profile);
@@ -126,7 +125,6 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     }
 
     /// Polls every service, due or not.
-    #[inline(never)] // most frames find nothing due
     fn run_all(&mut self, turn: &mut Turn) {
         if self.is_active() {
             while let Some(bus) = self.services.buses_mut().poll(turn) {

@@ -190,7 +190,6 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     }
 
     /// Runs the SDO server.
-    #[inline(never)] // three callers
     pub(super) fn serve(&mut self, step: SdoStep, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
         self.services.serve(step, now, &mut |frame| send(frame))
     }

@@ -42,7 +42,6 @@ const IDENTIFIED: Identified = Identified {
 };
 
 /// Before the slaves of the profile are heard.
-#[inline(never)] // made in its place
 pub(super) fn boot_at_power_on(profile: &Profile) -> Boot {
     let mut boot = Boot::new(profile.boot, IDENTIFIED, profile.settings);
     for slave in profile.slaves {

@@ -19,7 +19,6 @@ use crate::types::{Bus, CobId, Instant, NmtState, NodeId};
 
 impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Returns whether the board manages the network. `false` while it listens or is the standby.
-    #[inline(always)] // constant for one board
     pub fn is_active(&self) -> bool {
         self.redundancy.is_active()
     }
@@ -29,7 +28,6 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// That is so if this board took over before it received a time: the slaves have the time of the other board.
     /// It ends when the clock is set by [`MasterRequest::SetTime`](crate::node::MasterRequest::SetTime) or by a
     /// client (2010h, 2012h). Always `None` with one master board.
-    #[inline(always)] // constant for one board
     pub(crate) fn withheld_time(&self) -> Option<CobId> {
         let is_known = self.redundancy.standby().is_none_or(|standby| standby.has_begun());
         if is_known || self.services.time().clock().is_set() {

@@ -56,7 +56,6 @@ pub(super) struct Transfers {
 }
 
 impl Transfers {
-    #[inline(never)] // made in its place
     pub fn new(timeout: Duration, bit_rate: BitRate) -> Transfers {
         Transfers {
             client: Client::new(timeout),

@@ -41,7 +41,6 @@ impl<D: SpacecraftDevice> Services<D> {
         }
     }
 
-    #[inline(never)] // once
     pub fn report_reset(&mut self) {
         if let Some((code, info)) = self.objects().extension.reset_emergency() {
             self.report_past(code, info);
@@ -49,7 +48,6 @@ impl<D: SpacecraftDevice> Services<D> {
     }
 
     /// Counts a refused frame. Returns `false` if this error is active already.
-    #[inline(always)] // called from one place
     pub fn over_budget(&mut self, id: CobId, over: Over) -> bool {
         let raw = id.raw();
         self.objects_mut().extension.count_refused(id, over == Over::Node);

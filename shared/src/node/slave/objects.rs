@@ -91,7 +91,6 @@ impl<D: SpacecraftDevice> Slave<D> {
     }
 
     /// Lets the services follow an object of their own that was written.
-    #[inline(never)] // writes to objects of the application skip its prologue
     fn on_own_written(&mut self, at: Address, turn: &mut Turn) {
         self.canopen.on_own_written(at, turn);
         if matches!(at.index, CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY) {

@@ -60,7 +60,6 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Sends emergencies and states again: the active bus changed, or another master is there.
-    #[inline(never)] // seldom
     pub fn announce(&mut self, now: Instant) {
         self.emcy_mut().on_bus_changed();
         self.send_states(now);

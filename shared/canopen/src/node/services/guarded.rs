@@ -90,7 +90,6 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
 
     /// Compares the Node-ID of the node with the copies in its services, and the COB-ID of SDO with it.
     /// What is wrong is corrected, and an emergency reports it.
-    #[inline(never)] // with heartbeats
     pub fn compare_node_ids(&mut self, own: &mut NodeId) {
         let is_wrong = correct([own, &mut self.id, self.dictionary.id_mut()]);
         let sdo_id = Sealed::of(CobId::sdo_request(*own));
@@ -139,7 +138,6 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Returns the copies of a COB-ID.
-    #[inline(never)] // once for all callers
     fn copies(&mut self, number: usize) -> Option<Copies<'_>> {
         let Self { dictionary, guarded, sync_id, second_sdo, .. } = self;
         match number {

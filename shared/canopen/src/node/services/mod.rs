@@ -77,7 +77,6 @@ struct Lifetimes {
 
 impl<D: Device, E: Extension<D>> Services<D, E> {
     /// Makes the services. `objects` makes the dictionary in its place.
-    #[inline(never)] // made in their place
     pub fn new(
         id: NodeId,
         objects: impl FnOnce() -> NodeObjects<D, E>,

@@ -56,7 +56,6 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Lets the receive PDOs that waited for the SYNC take effect.
-    #[inline(never)] // few SYNCs find any
     fn end_sync<V: NodeEvent<Extension = E::Event>>(&mut self, bus: Bus, turn: &mut Turn<V>) {
         let Self { dictionary, buses, .. } = self;
         dictionary.apply_waiting(&mut |number, all| {

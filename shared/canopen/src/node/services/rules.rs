@@ -170,7 +170,6 @@ fn free(is_free: bool) -> Result<(), AbortCode> {
 }
 
 /// Returns whether two COB-IDs are valid and have one identifier.
-#[inline(never)] // smaller: it has several callers, all of them rare
 fn has(one: u32, other: u32) -> bool {
     let one = CobIdEntry::from_raw(one).cob_id();
     one.is_some() && one == CobIdEntry::from_raw(other).cob_id()

@@ -29,7 +29,6 @@ impl FromIterator<CobId> for CobIdSet {
 }
 
 /// The word and the bit.
-#[inline(always)]
 fn place(id: CobId) -> (usize, u32) {
     let sum = u32::from(id.raw() ^ id.raw() >> 5);
     ((sum >> 5 & 1) as usize, 1 << (sum & 0x1F))

@@ -48,7 +48,6 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
         (number < self.wanted_filters().min(MAX_FILTERS)).then(|| self.filter(number))
     }
 
-    #[inline(never)] // two callers
     fn filtered_id(&self, number: usize) -> CobId {
         if self.is_maintained() {
             return self.services.sdo_id();
@@ -74,7 +73,6 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     }
 
     /// Notes that a filter has changed. The node sends it to its buses when it runs next.
-    #[inline(never)] // many callers
     pub(crate) fn note_filter(&mut self, number: usize) {
         self.changed_filters.change(self.services.wakes_mut()).note(number);
     }

@@ -210,7 +210,6 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     }
 
     /// Looks for flipped bits in the Node-ID, before a heartbeat has it and before a command of the master is obeyed.
-    #[inline(never)] // between heartbeats nothing is to be looked for
     pub fn check_node_id(&mut self) {
         let mut id = self.control.id();
         self.services.compare_node_ids(&mut id);

@@ -48,7 +48,6 @@ pub struct Dictionary<D: Device, E: Extension<D>> {
 
 impl<D: Device, E: Extension<D>> Dictionary<D, E> {
     /// Makes the dictionary. `objects` makes the objects in their place.
-    #[inline(never)] // made in its place
     pub fn new(id: NodeId, objects: impl FnOnce() -> NodeObjects<D, E>, stored: E::Storage) -> Self {
         // What is found at power-on waits for boot-up, when the objects say how it is sent.
         let emcy = emcy::Config { id: Some(CobId::emcy(id)), inhibit: Duration::ZERO };
@@ -155,7 +154,6 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
     /// Applies the stored parameters of a group. If nothing was applied, the defaults hold, and an emergency reports
     /// this until parameters are saved again. Its second byte is the [`Loss`](crate::store::Loss) of the store: 1 if
     /// the last save did not end, 2 if a set is damaged, 0 if the set does not fit this node.
-    #[inline(never)]
     pub fn load(&mut self, group: Group) {
         self.objects.extension.show_store(self.stored.is_there());
         let cause = self.stored.check().map_or(0, |loss| loss as u8);

@@ -110,7 +110,6 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
         self.set_pdos_of(Direction::Transmit, now);
     }
 
-    #[inline(never)] // once for both directions
     fn set_pdos_of(&mut self, direction: Direction, now: Instant) {
         let mut number = 0;
         while let Some((pdo, _)) = self.objects.pdos.pdo(direction, number) {
@@ -179,7 +178,6 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
 
     /// Raises and clears the errors of receive PDOs, and shows them in the dictionary.
     #[cold]
-    #[inline(never)]
     fn report_rpdos(&mut self) {
         while let Some((number, event)) = self.rpdos.no_sooner().take_event() {
             note(self.emcy.change(&mut self.wakes), number, event);
