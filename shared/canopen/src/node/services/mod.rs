@@ -3,6 +3,7 @@
 //! It knows no redundancy. The node passes it frames of the active bus and the NMT state, and sends the frames that it
 //! returns.
 
+mod cob_ids;
 mod dictionary;
 mod emergencies;
 mod extension;
@@ -20,13 +21,12 @@ use super::buses::{BusNews, Buses};
 use super::turn::{Timed, Wakes};
 use super::{Device, LinkEvent, Settings};
 use crate::emcy::ErrorCode;
+use crate::heartbeat::Monitor;
 use crate::heartbeat::machine::Heard;
-use crate::heartbeat::{ConsumerSlots, Monitor, monitored};
 use crate::link::Stamp;
 
 use crate::node::index;
-use crate::od::CobIdEntry;
-use crate::pdo::{PdoSlots, Tpdos};
+use crate::pdo::Tpdos;
 use crate::sdo::{SdoServers, Server};
 use crate::sync;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Sealed};
@@ -194,49 +194,9 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         self.dictionary.wakes_mut()
     }
 
-    /// Returns the COB-ID of an RPDO, if it is valid.
-    pub(crate) fn rpdo_id(&self, number: usize) -> Option<CobId> {
-        let pdo = self.objects().pdos.rpdos().0.get(number)?;
-        CobIdEntry::from_raw(pdo.cob_id).cob_id()
-    }
-
-    /// Returns the COB-IDs of all valid RPDOs.
-    pub fn rpdo_ids(&self) -> impl Iterator<Item = CobId> {
-        (0..D::Pdos::RECEIVE).filter_map(|number| self.rpdo_id(number))
-    }
-
-    /// Returns the number of entries of 1016h.
-    pub(crate) fn consumers(&self) -> usize {
-        self.objects().consumers.entries().len()
-    }
-
-    /// Returns the COB-ID of the heartbeat that an entry of 1016h consumes, if the entry is in use.
-    pub(crate) fn consumed(&self, entry: usize) -> Option<CobId> {
-        let entry = self.objects().consumers.entries().get(entry)?;
-        monitored(*entry).map(CobId::heartbeat)
-    }
-
     /// Returns the period of the heartbeat (1017h).
     pub fn heartbeat_period(&self) -> Duration {
         self.objects().communication.heartbeat.period()
-    }
-
-    /// Returns whether this is the COB-ID of SYNC.
-    pub fn is_sync(&self, id: CobId) -> bool {
-        self.sync_id.is(id)
-    }
-
-    /// Returns the COB-ID of SYNC as it was just written.
-    pub fn written_sync_id(&self) -> CobId {
-        self.objects().communication.sync.id()
-    }
-
-    /// Returns whether the node sends this COB-ID: in its emergencies or in a valid transmit PDO.
-    pub fn sends(&self, id: CobId) -> bool {
-        let objects = self.objects();
-        let pdos = objects.pdos.tpdos().0.iter().map(|pdo| pdo.cob_id);
-        let mut all = pdos.chain([objects.communication.emcy.cob_id]);
-        all.any(|entry| CobIdEntry::from_raw(entry).cob_id() == Some(id))
     }
 
     /// Takes a heartbeat of another node. `None`: no entry of 1016h consumes it.
