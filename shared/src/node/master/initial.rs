@@ -6,14 +6,11 @@ use crate::heartbeat::machine::longest_time;
 use crate::heartbeat::{ConsumerSlots, HeartbeatTimes};
 use crate::node::network_objects::entry;
 use crate::node::services::{Services, carries_time};
-use crate::node::{
-    Communication, Device, NetworkObjects, NodeObjects, Spacecraft, SpacecraftDevice, assert_device,
-};
+use crate::node::{NetworkObjects, NodeObjects, SpacecraftDevice};
 use crate::pdo::PdoSlots;
 use crate::pdo::machine::rules::{LAST_CYCLIC, is_synchronous};
 use crate::profile::Profile;
 use crate::redundancy::{MasterSetup, Parameters};
-use crate::sdo::SdoServerObjects;
 use crate::types::{Duration, NodeId};
 
 /// Transmission type of a PDO that goes with each SYNC.
@@ -51,54 +48,40 @@ impl Initial {
         device: D,
         post_mortem: PostMortem,
     ) -> NodeObjects<MasterObjects<D>> {
-        const { assert_device::<MasterObjects<D>>() };
-        NodeObjects {
-            application: application(profile, device),
-            extension: self.spacecraft(post_mortem),
-            communication: self.communication::<D>(),
-            consumers: self.consumers::<D>(),
-            pdos: self.pdos::<D>(),
-            sdo: SdoServerObjects::of(NodeId::MASTER),
-        }
+        let application = application(profile, device);
+        let mut objects = NodeObjects::at_power_on(NodeId::MASTER, self.heartbeats(), application);
+        objects.extension.set_redundancy(&self.redundancy);
+        objects.extension.set_post_mortem(post_mortem);
+        self.apply(&mut objects);
+        objects
     }
 
     /// Restores the communication profile of power-on.
     pub fn restore<D: SpacecraftDevice>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
-        objects.communication = self.communication::<D>();
-        objects.consumers = self.consumers::<D>();
-        objects.pdos = self.pdos::<D>();
+        objects.restore_communication(NodeId::MASTER, self.heartbeats());
+        self.apply(objects);
     }
 
-    fn spacecraft(&self, post_mortem: PostMortem) -> Spacecraft {
-        let mut spacecraft = Spacecraft::default();
-        spacecraft.set_redundancy(&self.redundancy);
-        spacecraft.set_post_mortem(post_mortem);
-        spacecraft
+    /// Returns the period of its own heartbeat. The entries of 1016h are for slaves.
+    const fn heartbeats(&self) -> HeartbeatTimes {
+        HeartbeatTimes { consumer: Duration::ZERO, producer: self.redundancy.producer }
     }
 
-    /// Returns the communication profile with the periods of the mission.
-    pub fn communication<D: SpacecraftDevice>(&self) -> Communication {
-        let mut communication = MasterObjects::<D>::communication(NodeId::MASTER);
-        communication.heartbeat.time = self.redundancy.producer.as_millis() as u16;
-        communication.sync.cycle_period = self.sync.as_micros() as u32;
-        communication
-    }
-
-    /// 1016h: entries take the time of the profile where the device declares none.
-    fn consumers<D: SpacecraftDevice>(&self) -> D::Consumers {
-        let mut consumers = D::consumers(NodeId::MASTER);
+    /// Applies the periods of the mission to the communication profile.
+    fn apply<D: SpacecraftDevice>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
+        objects.communication.sync.cycle_period = self.sync.as_micros() as u32;
+        // Entries of 1016h take the time of the profile where the device declares none.
         let time = self.redundancy.consumer.as_millis() as u32 & 0xFFFF;
-        for entry in consumers.entries_mut() {
+        for entry in objects.consumers.entries_mut() {
             if *entry >> 16 != 0 && *entry & 0xFFFF == 0 {
                 *entry |= time;
             }
         }
-        consumers
+        self.apply_time(&mut objects.pdos);
     }
 
     /// PDOs of the time take the period of the profile where the device declares none: with SYNCs every n-th one.
-    fn pdos<D: SpacecraftDevice>(&self) -> D::Pdos {
-        let mut pdos = D::pdos(NodeId::MASTER);
+    fn apply_time(&self, pdos: &mut impl PdoSlots) {
         let period = self.time.as_millis().min(u64::from(u16::MAX)) as u16;
         let syncs = self.time.as_micros() / self.sync.as_micros().max(1);
         let (tpdos, mappings) = pdos.tpdos_mut();
@@ -112,7 +95,6 @@ impl Initial {
                 _ => {}
             }
         }
-        pdos
     }
 }
 

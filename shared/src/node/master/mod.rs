@@ -80,7 +80,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             identification: Timed::new(Identification::default()),
             errors: Timed::new(ErrorReader::new(requests::PERIOD)),
             budgets: Timed::new(Budgets::new(profile)),
-            sync: Timed::new(sync::machine::Producer::with(initial.communication::<D>().sync.config())),
+            // Boot-up configures it by the objects.
+            sync: Timed::new(sync::machine::Producer::with(sync::machine::Config::new(0, 0, 0))),
             stamped: profile.stamped,
             minimal: profile.minimal,
             is_booting: true,

@@ -46,8 +46,8 @@ impl<D: Device, E: Extension<D>> NodeObjects<D, E> {
         objects
     }
 
-    /// The communication profile as at power-on.
-    pub(crate) fn restore_communication(&mut self, id: NodeId, heartbeats: HeartbeatTimes) {
+    /// Restores the communication profile of power-on.
+    pub fn restore_communication(&mut self, id: NodeId, heartbeats: HeartbeatTimes) {
         self.communication = D::communication(id);
         self.consumers = D::consumers(id);
         self.pdos = D::pdos(id);
