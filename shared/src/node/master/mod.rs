@@ -2,6 +2,7 @@
 
 mod builder;
 mod declared;
+mod due;
 mod initial;
 mod objects;
 mod ranging;
@@ -39,7 +40,7 @@ use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard};
 use crate::store::Group;
 use crate::sync;
 use crate::time::LocalClock;
-use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet, earliest};
+use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet};
 
 type Turn<'a> = super::Turn<'a, MasterEvent>;
 
@@ -116,68 +117,6 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     fn errors_mut(&mut self) -> &mut ErrorReader {
         self.errors.change(self.services.wakes_mut())
-    }
-
-    /// Does what is due.
-    fn run(&mut self, turn: &mut Turn) {
-        if self.services.wakes().is_due(turn.until) {
-            self.run_all(turn);
-        }
-    }
-
-    /// Polls every service, due or not.
-    fn run_all(&mut self, turn: &mut Turn) {
-        if self.is_active() {
-            while let Some(bus) = self.services.buses_mut().poll(turn) {
-                self.report_health(bus, turn);
-                turn.out.event(MasterEvent::BusFailed { bus });
-            }
-            self.run_budget(turn);
-        }
-        while let Some(action) = self.redundancy.no_sooner().poll(turn.until, turn.now) {
-            self.act(action, turn);
-        }
-        self.run_filters(turn);
-        if self.is_active() {
-            self.run_boot(turn);
-            self.run_device(turn);
-            self.run_sync(turn);
-        }
-        self.settle();
-    }
-
-    fn run_sync(&mut self, turn: &mut Turn) {
-        if self.redundancy.is_announced()
-            && self.produces_sync()
-            && let Some(frame) = self.sync.no_sooner().poll(turn.until)
-        {
-            let lifetime = self.services.sync_lifetime();
-            turn.out.send_for(self.redundancy.active(), frame, turn.now, lifetime);
-        }
-    }
-
-    /// Notes when to poll next.
-    fn settle(&mut self) {
-        let of_both = earliest(&[self.filters.earliest(), self.redundancy.deadline()]);
-        if !self.is_active() {
-            return self.services.wakes_mut().set(of_both);
-        }
-        let sync = self.sync.deadline().filter(|_| self.redundancy.is_announced() && self.produces_sync());
-        let of_active = earliest(&[
-            of_both,
-            self.boot.deadline(),
-            self.transfers.deadline(),
-            self.identification_deadline(),
-            self.errors_deadline(),
-            self.budgets.earliest(),
-            sync,
-        ]);
-        self.services.settle(self.reporting_state());
-        self.services.wakes_mut().note(of_active);
-    }
-
-    fn produces_sync(&self) -> bool {
-        self.boot.is_released() && self.redundancy.state().allows_sync()
     }
 
     fn power_on(&mut self, turn: &mut Turn) {
