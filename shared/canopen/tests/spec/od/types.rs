@@ -25,7 +25,7 @@ fn round_trip<T: Typed + Default + PartialEq + std::fmt::Debug>(data_type: DataT
     let mut variable = T::default();
     found(&mut variable, entry).write(bytes).unwrap();
     assert_eq!(variable, value);
-    assert_eq!((found(&mut variable, entry).len(), T::SIZE), (bytes.len(), bytes.len()));
+    assert_eq!((found(&mut variable, entry).upload_len(), T::SIZE), (bytes.len(), bytes.len()));
     for offset in 0..=bytes.len() + 1 {
         let mut part = [0; 3];
         let count = found(&mut variable, entry).read(offset, &mut part);
