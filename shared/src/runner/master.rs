@@ -183,6 +183,7 @@ fn command<B: Platform, D: SpacecraftDevice, M: MasterBoards>(
     master.request(MasterRequest::Nmt(NmtMessage { command, target }));
 }
 
+/// Waits as [`MasterHandle::wait_operational`], with a place that it takes when it is polled first.
 async fn operational<B: Platform, D: SpacecraftDevice, M: MasterBoards>(
     master: Handle<B, Master<D, M>>,
     node: NodeId,
