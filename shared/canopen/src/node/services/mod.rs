@@ -234,12 +234,10 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Handles a SYNC. Returns its counter, zero if it has none.
-    #[inline(always)] // called from one place
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp) -> Result<u8, sync::UnexpectedLength> {
         if self.sync.is_plain(frame) { Ok(0) } else { self.on_special_sync(bus, frame, stamp) }
     }
 
-    #[inline(never)]
     fn on_special_sync(
         &mut self,
         bus: Bus,

@@ -46,7 +46,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
 
     /// Runs the SDO servers. Returns whether a frame was of use. Call it from one place, so that an image has its
     /// code once.
-    #[inline(always)]
+    #[inline(always)] // row `instructions.sdo_upload`: 8 more without it
     pub fn serve(&mut self, step: SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
         let (mut nth, last) = match step {
             SdoStep::Request(frame) => {
@@ -67,7 +67,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
     }
 
     /// Runs the SDO server with this number.
-    #[inline(always)] // called from one place
+    #[inline(always)] // row `instructions.sdo_upload`: 14 more without it
     fn serve_one(&mut self, nth: usize, step: &SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
         let Some(response) = self.answer_id(nth) else { return false };
         let has_saved = self.saving_server() == nth;

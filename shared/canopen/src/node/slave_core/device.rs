@@ -19,7 +19,7 @@ const AFTER_OVERRUN: Duration = Duration::from_millis(1_000);
 
 impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     /// Handles an SDO request. Returns the object that it wrote.
-    #[inline(always)] // called from one place
+    #[inline(always)] // row `instructions.sdo_upload`: 28 more without it
     pub fn on_request(
         &mut self,
         bus: Bus,
@@ -34,7 +34,6 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     }
 
     /// Runs the SDO servers and sends their responses on `bus`.
-    #[inline(never)] // of three callers
     pub fn serve(&mut self, step: SdoStep, bus: Bus, turn: &mut Turn<'_, E::SlaveEvent>) -> bool {
         let (now, out) = (turn.now, &mut *turn.out);
         let expires = now + self.services.sdo_lifetime();

@@ -161,7 +161,7 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     }
 
     /// Handles a heartbeat of another node that 1016h may name.
-    #[inline(always)] // called from one place
+    #[inline(always)] // row `instructions.peer_heartbeat_consumed`: 21 more without it
     pub fn on_peer_heartbeat(
         &mut self,
         bus: Bus,

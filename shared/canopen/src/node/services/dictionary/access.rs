@@ -24,7 +24,7 @@ impl<D: Device, E: Extension<D>> ObjectAccess for Dictionary<D, E> {
         sharing::begin(self.shared.as_mut(), at, transfer, false)
     }
 
-    #[inline(always)] // called from one place
+    #[inline(always)] // row `instructions.sdo_upload`: 30 more without it
     fn fetch(&mut self, at: Address) -> Result<Option<([u8; 4], u8)>, AbortCode> {
         let (place, entry) = self.place(at)?;
         if !entry.is_fetched() || at.index == PRE_DEFINED_ERRORS {
@@ -34,7 +34,7 @@ impl<D: Device, E: Extension<D>> ObjectAccess for Dictionary<D, E> {
         Ok(value.map(|value| (value.to_le_bytes(), entry.size as u8)))
     }
 
-    #[inline(always)] // called from one place
+    #[inline(always)] // row `instructions.sdo_download`: 30 more without it
     fn store(&mut self, at: Address, bytes: [u8; 4], count: Option<u8>) -> Result<bool, AbortCode> {
         if at.index <= E::LAST_RULED || E::takes(at.index) || self.is_saving() {
             return Ok(false);

@@ -275,7 +275,7 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
         }
     }
 
-    #[inline(never)]
+    #[inline(never)] // row `instructions.sdo_download`: 5 more without it
     fn look_up(&mut self, at: Address) -> Result<(Place, &'static Entry), AbortCode> {
         let (place, entry) = NodeObjects::<D, E>::find(at)?;
         self.found = Some((at, place, entry));

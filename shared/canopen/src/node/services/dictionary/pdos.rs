@@ -70,7 +70,6 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
     }
 
     /// Takes a SYNC: samples the synchronous TPDOs. `send` gets a frame, and whether an event made it due.
-    #[inline(always)] // called from one place
     pub fn sample(&mut self, counter: u8, send: &mut impl FnMut(Frame, bool) -> bool) {
         let send = &mut |_, frame, may_wait| send(frame, may_wait);
         self.tpdos.no_sooner().on_sync(counter, &self.objects, send);
@@ -85,13 +84,11 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
 
     /// Takes a frame of an RPDO as nearly all are, in Operational: it takes effect at once and has the right length.
     /// Returns `false` for another one, which [`Dictionary::on_rpdo`] takes.
-    #[inline(always)] // called from one place
     pub fn on_plain_rpdo(&mut self, number: usize, frame: &Frame) -> bool {
         self.rpdos.no_sooner().on_plain_frame(number, frame, &mut self.objects)
     }
 
     /// Takes a frame of an RPDO, in Operational. `end`: end of the synchronous window.
-    #[inline(always)] // called from one place
     pub fn on_rpdo(&mut self, number: usize, frame: &Frame, at: Instant, end: Instant) -> Taken {
         let Self { objects, rpdos, wakes, .. } = self;
         let taken = rpdos.step(wakes, |rpdos| rpdos.on_frame(number, frame, at, end, objects));
