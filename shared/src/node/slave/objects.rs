@@ -40,7 +40,7 @@ impl<D: SpacecraftDevice> Slave<D> {
         }
     }
 
-    #[inline(never)] // row `instructions.block_download_segment`: 18 more without it
+    #[inline(never)] // row `instructions.block_download_segment`: 2 more without it
     fn on_request(&mut self, frame: &Frame, turn: &mut Turn) {
         if let Some(at) = self.canopen.on_request(self.redundancy.selected(), frame, turn) {
             self.on_written(at, turn);
