@@ -67,6 +67,7 @@ impl<D: SpacecraftDevice> Slave<D> {
     }
 
     /// Dispatches a frame that may be for this node, the most frequent kinds first. Each handler ends with a run of the node.
+    #[inline(never)] // row `rx.interrupt_to_dictionary_median`: 60 more without the eight that name it
     fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, turn: &mut Turn) {
         let (id, state) = (frame.id(), self.canopen.state());
         // Only the active bus is obeyed.
@@ -84,12 +85,14 @@ impl<D: SpacecraftDevice> Slave<D> {
     }
 
     /// Does what is due.
+    #[inline(always)] // row `rx.interrupt_to_dictionary_median`: 60 more without the eight that name it
     fn run(&mut self, turn: &mut Turn) {
         if self.canopen.is_due(turn.until) {
             self.run_due(turn);
         }
     }
 
+    #[inline(never)] // row `rx.interrupt_to_dictionary_median`: 60 more without the eight that name it
     fn run_due(&mut self, turn: &mut Turn) {
         if self.canopen.state() == NmtState::Initialising {
             return;

@@ -38,6 +38,6 @@ mod store;
 mod templates;
 mod thermometer;
 mod too_much;
-mod unheard;
 mod two_folders;
+mod unheard;
 mod upsets;

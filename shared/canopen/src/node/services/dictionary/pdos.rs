@@ -84,11 +84,13 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
 
     /// Takes a frame of an RPDO as nearly all are, in Operational: it takes effect at once and has the right length.
     /// Returns `false` for another one, which [`Dictionary::on_rpdo`] takes.
+    #[inline(always)] // row `rx.interrupt_to_dictionary_median`: 60 more without the eight that name it
     pub fn on_plain_rpdo(&mut self, number: usize, frame: &Frame) -> bool {
         self.rpdos.no_sooner().on_plain_frame(number, frame, &mut self.objects)
     }
 
     /// Takes a frame of an RPDO, in Operational. `end`: end of the synchronous window.
+    #[inline(always)] // row `rx.interrupt_to_dictionary_median`: 60 more without the eight that name it
     pub fn on_rpdo(&mut self, number: usize, frame: &Frame, at: Instant, end: Instant) -> Taken {
         let Self { objects, rpdos, wakes, .. } = self;
         let taken = rpdos.step(wakes, |rpdos| rpdos.on_frame(number, frame, at, end, objects));
