@@ -81,10 +81,11 @@ impl Chip {
     }
 
     fn read_peripheral(&mut self, address: u32, width: Width) -> Result<u32, BusError> {
-        if !is_peripheral(address) {
-            return Err(self.refuse(address, false, Refusal::Unmodelled));
-        }
-        let result = self.peripherals.read(self.now(), address, width);
+        let result = if is_peripheral(address) {
+            self.peripherals.read(self.now(), address, width)
+        } else {
+            Err(Refusal::Unmodelled)
+        };
         self.needs_attention |= self.peripherals.take_change();
         match result {
             Err(refusal) if self.tolerates(address, false, refusal) => Ok(0),

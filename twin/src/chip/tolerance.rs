@@ -9,12 +9,14 @@
 //!
 //! Accesses for which the manuals define no result are refused in any case.
 
+use std::ops::Range;
+
 use super::Chip;
 use crate::mmio::Refusal;
 use crate::model::FLASH_BASE;
 
-/// Peripherals on APB and AHB.
-const GATED: std::ops::Range<u32> = 0x4000_0000..0x6000_0000;
+/// Peripherals on APB and AHB, and the registers of FSMC, FMC and QUADSPI.
+const GATED: [Range<u32>; 2] = [0x4000_0000..0x6000_0000, 0xA000_0000..0xA000_2000];
 
 impl Chip {
     /// Returns whether the part ignores an access that the model refused, and a load gives zero.
@@ -35,7 +37,10 @@ impl Chip {
         }
         match refusal {
             Refusal::ClockOff => true,
-            Refusal::Unmodelled => GATED.contains(&address) && !self.peripherals.is_modelled(address),
+            Refusal::Unmodelled => {
+                let is_gated = GATED.iter().any(|range| range.contains(&address));
+                is_gated && !self.peripherals.is_modelled(address)
+            }
             _ => false,
         }
     }

@@ -15,6 +15,8 @@ use super::grid;
 const OPERATIONAL: u8 = 5;
 /// Greatest number of commands that a slave executes between two stops. More means that the counter itself was changed.
 const MOST_COMMANDS: u32 = 1_000;
+/// COB-IDs by which the prime and the second master claim to be active.
+const CLAIMS: [u16; 2] = [0x680, 0x681];
 /// Units of spacecraft time in a second.
 const SCET_UNITS: u128 = 1 << 24;
 
@@ -101,6 +103,7 @@ impl Record {
             &[state] if id == 0x700 + u16::from(node) && state & 0x7F != OPERATIONAL => {
                 Service::Heartbeats(state & 0x7F)
             }
+            _ if CLAIMS.contains(&id) => Service::Frames(CLAIMS[0]),
             _ => Service::Frames(id),
         };
         self.services.entry((node, service)).or_default().push(end);
@@ -160,6 +163,13 @@ mod tests {
         assert_eq!(record.count((3, Service::Frames(0x703)), &(0..10)), 2);
         assert_eq!(record.count((3, Service::Heartbeats(4)), &(0..10)), 1);
         assert_eq!(record.count((3, Service::Heartbeats(0)), &(0..1)), 0);
+    }
+
+    #[test]
+    fn claims_of_either_master_are_one_service() {
+        let mut record = Record::default();
+        CLAIMS.into_iter().for_each(|id| record.on_frame(1, id, &[0], 3, 3));
+        assert_eq!(record.count((1, Service::Frames(0x680)), &(0..10)), 2);
     }
 
     #[test]

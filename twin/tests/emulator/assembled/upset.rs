@@ -13,6 +13,8 @@ const TIM2_CNT: u32 = TIM2 + 0x24;
 const TIM2_PSC: u32 = TIM2 + 0x28;
 /// DAC, which the model lacks.
 const DAC: u32 = 0x4000_7400;
+/// FSMC, which the model lacks.
+const FSMC: u32 = 0xA000_0000;
 /// Time of the upset.
 const UPSET: Time = Time::from_ms(10);
 
@@ -99,6 +101,7 @@ fn tolerant_chip_ignores_what_the_part_ignores() {
         store(GPIOB, 1),
         copy(GPIOB + 0x10, RAM),
         store(DAC, 1),
+        copy(FSMC, RAM),
         store(0x0800_0F00, 0),
         store(0x0000_0F00, 0),
         store(RAM + 4, 7),
