@@ -5,7 +5,7 @@
 //! locks and access rights play no part.
 //!
 //! ```
-//! use crate::cpu::{Config, Core, CoreRegister};
+//! use can_twin::cpu::{Config, Core, CoreRegister};
 //!
 //! let mut core = Core::new(Config::stm32f4(1024));
 //! core.flip(CoreRegister::R(3), 4);

@@ -12,6 +12,8 @@ use log::{LevelFilter, Log, Metadata, Record};
 
 /// The reader of stdout has left: 128 + SIGPIPE.
 const PIPE_CLOSED: u8 = 141;
+/// Path of the applications in the log. Behind it is the module of the application, named after its node.
+const APPLICATIONS: &str = "mission::application::";
 
 /// Prints lines with the virtual time, and shows the progress of the run if stderr is a terminal. Clones are the same
 /// console.
@@ -87,8 +89,9 @@ impl Log for Console {
 
     fn log(&self, record: &Record<'_>) {
         if self.enabled(record.metadata()) {
-            // The crate of the application is named after its node.
-            let node = record.target().split("::").next().unwrap_or_default();
+            let target = record.target();
+            let of_application = target.strip_prefix(APPLICATIONS).unwrap_or(target);
+            let node = of_application.split("::").next().unwrap_or_default();
             self.line(node, format_args!("{:<5} {}", record.level(), record.args()));
         }
     }
