@@ -15,7 +15,7 @@
 //! - A minimal slave (ECSS 9): operational from its first heartbeat on. It follows heartbeats of the master, and
 //!   ignores NMT.
 //! - An image of the user's: its access and its consumer time are unknown. Only its own heartbeats show its bus, its access
-//!   ([`super::follow`]), and that it is alive ([`super::liveness`]). At the end of a flight the latter holds for every slave.
+//!   (`follow`), and that it is alive ([`super::liveness`]). At the end of a flight the latter holds for every slave.
 
 use std::collections::BTreeMap;
 

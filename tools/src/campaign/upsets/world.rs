@@ -180,7 +180,7 @@ pub struct World {
     names: Vec<String>,
     /// Instants of the campaign, by their microseconds.
     pub moments: BTreeMap<u64, Moment>,
-    /// The flights without upset, from [`grid::FIRST_US`] on.
+    /// The flights without upset, from `grid::FIRST_US` on.
     pub reference: Reference,
     compared: BTreeMap<u64, Shared<Spacecraft>>,
     resets: Vec<OnceLock<Reference>>,

@@ -1,7 +1,7 @@
 //! Stamps of SYNCs compared with the true ends of their frames, on a loaded bus with bit errors.
 //!
 //! A master and three slaves of the profile `standard`, each with its own crystal, and foreign traffic on the nominal
-//! bus: 1000 SYNCs at either load. [`twin::stamps`] defines true ends and wrong stamps. The demo reports the source of
+//! bus: 1000 SYNCs at either load. [`can_twin::stamps`] defines true ends and wrong stamps. The demo reports the source of
 //! stamps, this area their errors.
 
 use can_twin::board::{BoardConfig, EmulatedBoard};
