@@ -156,9 +156,9 @@ mod tests {
             let others = text.lines().filter(|line| !line.starts_with("path = \"src/"));
             assert!(!others.clone().any(|line| line.contains("path = ")), "{text}");
         }
-        let minimal = fs::read_to_string(folder.path().join("firmware/minimal/Cargo.toml")).unwrap();
-        let minimal: Table = minimal.parse().unwrap();
-        let chip = &minimal["target"]["cfg(target_os = \"none\")"]["dependencies"]["ecss-can-stm32f4"];
+        let root = fs::read_to_string(folder.path().join("Cargo.toml")).unwrap();
+        let root: Table = root.parse().unwrap();
+        let chip = &root["workspace"]["dependencies"]["ecss-can-stm32f4"];
         assert_eq!(chip["version"].as_str(), Some(env!("CARGO_PKG_VERSION")));
         let before = fs::metadata(folder.path().join("Cargo.toml")).unwrap().modified().unwrap();
         write(folder.path()).unwrap();
