@@ -16,13 +16,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("new master", &["ecss-can new master ground", "ecss-can new master ground --slave heater"]),
     ("new board", &["ecss-can new board h405"]),
     ("build", &["ecss-can build", "ecss-can build slave --board nucleo-f446re --profile standard"]),
-    (
-        "flash",
-        &[
-            "ecss-can flash slave --board nucleo-f446re",
-            "ecss-can flash target/firmware/heater -- --probe 0483:374b",
-        ],
-    ),
+    ("flash", &["ecss-can flash slave --board nucleo-f446re", "ecss-can flash slave -- --probe 0483:374b"]),
     (
         "fly",
         &["ecss-can fly", "ecss-can fly --slaves 14 --cut-at 10 --seed 7", "ecss-can fly --profile standby"],

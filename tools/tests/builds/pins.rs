@@ -8,7 +8,7 @@ use crate::scratch;
 fn refusals(board: &str, statements: &str) -> Vec<Refusal> {
     let manifest = format!(
         "[dependencies]\necss-can-stm32f4 = {{ path = \"ROOT/boards/stm32f4\" }}\n\
-         board = {{ package = \"{board}\", path = \"ROOT/boards/{board}\" }}\n"
+         board = {{ package = \"ecss-can-{board}\", path = \"ROOT/boards/{board}\" }}\n"
     );
     let program = format!(
         "#![no_std]\npub fn start() {{\n    let p = ecss_can_stm32f4::start::<board::Spec>();\n    \
