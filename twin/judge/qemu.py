@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
-ROOT = HERE.parents[2]
+ROOT = HERE.parents[1]
 IMAGE, BUILD, ANSWERS = HERE / "image", ROOT / "target" / "judge", HERE.parent / "tests" / "qemu"
 ASSEMBLE = ["llvm-mc", "-triple=thumbv7em-none-eabihf", "-mcpu=cortex-m4", "-filetype=obj"]
 EMULATE = ["qemu-system-arm", "-M", "netduinoplus2", "-icount", "shift=0", "-nographic",
