@@ -4,7 +4,6 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-use crate::numbers;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use ecss_can::node::{MasterObjects, NodeObjects};
@@ -20,6 +19,7 @@ use crate::images::support::board::{BitRate, Profile};
 use crate::images::support::misuse::Misuse;
 use crate::images::support::output;
 use crate::images::support::project::{self, manifest};
+use crate::numbers;
 
 /// Names of the data sheets of minimal slaves.
 const MINIMAL_EDS: &str = "minimal.eds";

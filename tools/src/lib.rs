@@ -20,7 +20,7 @@ pub mod eds;
 #[cfg(feature = "program")]
 pub mod firmware;
 #[cfg(feature = "program")]
-#[allow(missing_docs)]
+#[expect(missing_docs, reason = "for tests and benchmarks of the repository")]
 pub mod fly;
 #[cfg(feature = "program")]
 pub mod help;
@@ -32,8 +32,8 @@ pub mod new;
 #[cfg(feature = "program")]
 pub mod schedule;
 
-#[cfg(feature = "program")]
 /// The numbers of a mission profile.
+#[cfg(feature = "program")]
 fn numbers(profile: images::support::board::Profile) -> &'static ecss_can::profile::Profile {
     use images::support::board::Profile;
     match profile {

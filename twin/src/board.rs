@@ -19,11 +19,6 @@ mod upset;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::cpu::{Config, Core};
-use crate::wire::time::Time;
-use crate::wire::timing::BitTiming;
-
-pub use crate::cpu::{CoreRegister, Registers, StateRegister};
 pub use access::AccessError;
 pub use debug::HaltError;
 pub use defect::Defect;
@@ -39,6 +34,8 @@ pub use crate::accelerator::FlashTiming;
 use crate::bxcan::{BadAccess, IrqLines, Side, Stats};
 use crate::chip::Chip;
 pub use crate::chip::{Use, Uses};
+use crate::cpu::{Config, Core};
+pub use crate::cpu::{CoreRegister, Registers, StateRegister};
 use crate::crystal::Crystal;
 use crate::devices::Lm75;
 use crate::image::{Image, Symbol};
@@ -47,6 +44,8 @@ use crate::model::Model;
 use crate::peripherals::{Clocks, IrqLevels, Peripherals, PinChange};
 use crate::pin::Pin;
 use crate::rtt::{LogLine, Rtt};
+use crate::wire::time::Time;
+use crate::wire::timing::BitTiming;
 
 /// Configuration of a board: model, program, hardware and position.
 #[derive(Clone, Debug)]

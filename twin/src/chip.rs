@@ -8,13 +8,12 @@
 mod tolerance;
 mod uses;
 
-use crate::cpu::{Bus, BusError};
-
 pub(crate) use uses::Watching;
 pub use uses::{Use, Uses};
 
 use crate::accelerator::{Accelerator, FlashTiming, LINE, Purpose};
 use crate::clock::BoardClock;
+use crate::cpu::{Bus, BusError};
 use crate::crystal::Crystal;
 use crate::memory::{Memory, Place, load};
 use crate::mmio::{Now, Refusal, RefusedAccess, Width};

@@ -6,12 +6,11 @@
 
 use std::cell::RefCell;
 
-use crate::wire::time::{TICKS_PER_US, Time};
-
 use crate::bxcan::PclkTick;
 use crate::crystal::{Crystal, Frequency};
 use crate::mmio::Now;
 use crate::peripherals::Clocks;
+use crate::wire::time::{TICKS_PER_US, Time};
 
 const BILLION: u64 = 1_000_000_000;
 /// The denominator of cycle lengths while the frequency changes.

@@ -46,8 +46,9 @@ mod tests;
 
 use std::path::Path;
 
-use crate::model::{Model, Oscillator};
 use check::Checker;
+
+use crate::model::{Model, Oscillator};
 
 /// Name of the file in the folder of a board.
 pub const FILE: &str = "board.toml";

@@ -7,10 +7,10 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::sync::OnceLock;
 
-use crate::cpu::Code;
 use defmt_decoder::Table;
 use object::{Object, ObjectSymbol, SymbolKind};
 
+use crate::cpu::Code;
 use crate::part::Part;
 
 const FLASH_BASE: u64 = 0x0800_0000;

@@ -13,9 +13,10 @@ mod package;
 
 use std::fmt;
 
-use crate::pin::Pin;
 pub(crate) use lines::{Family, Lines, TABLE};
 use lines::{ProductLine, REFUSED};
+
+use crate::pin::Pin;
 
 const KIB: u32 = 1 << 10;
 

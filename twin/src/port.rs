@@ -1,12 +1,11 @@
 //! A board's CAN connector for its wire.
 
-use crate::wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
-use crate::wire::frame::WireFrame;
-use crate::wire::time::Time;
-
 use crate::board::Plug;
 use crate::bxcan::Registers;
 use crate::peripherals::Peripherals;
+use crate::wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
+use crate::wire::frame::WireFrame;
+use crate::wire::time::Time;
 
 /// One transceiver of one board on its bus.
 #[derive(Clone, Debug)]

@@ -4,12 +4,11 @@
 //! so pulses cannot be paired by number. If clocks agree to less than half a period, the nearest pulses belong
 //! together.
 
-use crate::wire::time::{TICKS_PER_US, Time};
-
 use crate::board::{AccessError, EmulatedBoard};
 use crate::pin::Pin;
 use crate::spacecraft::{BoardId, Spacecraft, WireRecord};
 use crate::traffic::Traffic;
+use crate::wire::time::{TICKS_PER_US, Time};
 
 /// Logs and edges are collected this often.
 const SLICE: Time = Time::from_ms(20);

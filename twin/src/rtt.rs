@@ -3,11 +3,11 @@
 
 use std::fmt;
 
-use crate::wire::time::Time;
 use defmt_decoder::DecodeError;
 
 use crate::image::Image;
 use crate::memory::Memory;
+use crate::wire::time::Time;
 
 /// Severity of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

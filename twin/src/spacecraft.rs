@@ -7,6 +7,12 @@
 //! A controller's mode handshakes and aborts settle at the end of a quantum, so a flight is reproducible for one length
 //! of the quantum; another length shifts events after a handshake by some microseconds.
 
+use crate::board::{AccessError, BoardConfig, EmulatedBoard};
+use crate::bxcan::Side;
+use crate::guest::{Guest, GuestEvent, Presence};
+use crate::pin::Pin;
+use crate::port::{BoardPort, LivePort};
+use crate::rtt::Level;
 use crate::wire::bus::{Wire, WireConfig};
 use crate::wire::controller::Controllers;
 use crate::wire::controller::{Controller, NodeIndex};
@@ -14,13 +20,6 @@ use crate::wire::frame::WireFrame;
 use crate::wire::record::Observation;
 use crate::wire::time::Time;
 use crate::wire::timing::BitTiming;
-
-use crate::board::{AccessError, BoardConfig, EmulatedBoard};
-use crate::bxcan::Side;
-use crate::guest::{Guest, GuestEvent, Presence};
-use crate::pin::Pin;
-use crate::port::{BoardPort, LivePort};
-use crate::rtt::Level;
 pub use crate::wiring::{Bus, Wiring};
 
 /// A board of a spacecraft, in the order of [`Spacecraft::add_board`].

@@ -4,15 +4,14 @@
 //! the board. A correct stamp is that instant on the board's own timer. The twin does not know how a program reports
 //! its stamps: the user of a [`Trial`] reads them.
 
+use crate::board::{AccessError, EmulatedBoard};
+use crate::spacecraft::{BoardId, Bus, Spacecraft, WireRecord};
+use crate::traffic::Traffic;
 use crate::wire::encode::encode;
 use crate::wire::fault::{Fault, FaultError};
 use crate::wire::frame::{WireFrame, WireId};
 use crate::wire::record::Observation;
 use crate::wire::time::Time;
-
-use crate::board::{AccessError, EmulatedBoard};
-use crate::spacecraft::{BoardId, Bus, Spacecraft, WireRecord};
-use crate::traffic::Traffic;
 
 /// Counts per second of the capture timer, Hz.
 const RATE: f64 = 84e6;

@@ -1,9 +1,8 @@
 //! Foreign traffic on a bus: random frames that no board admits.
 
+use crate::spacecraft::{Bus, GuestId, Spacecraft};
 use crate::wire::frame::WireFrame;
 use crate::wire::time::Time;
-
-use crate::spacecraft::{Bus, GuestId, Spacecraft};
 
 /// Mean time that a frame of 8 random bytes and an 11-bit identifier keeps the bus busy, µs.
 const MEAN_FRAME_US: f64 = 117.0;

@@ -3,9 +3,9 @@
 use std::process::Command;
 
 use anyhow::{Context, ensure};
+use ecss_can_cli::images::support::project;
 
 use crate::tool::{Source, Tool};
-use ecss_can_cli::images::support::project;
 
 const DENY: Tool = Tool {
     program: "cargo-deny",

@@ -6,7 +6,6 @@ use std::process::Command;
 use anyhow::{Context, ensure};
 use cargo_metadata::MetadataCommand;
 use clap::{Args, ValueEnum};
-
 use ecss_can_cli::images::support::needs::{
     CHROMIUM, LLD, LLVM, LOG2ASC, Need, PARALLEL, PYTHON, QEMU, TSHARK, provide,
 };

@@ -6,7 +6,6 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-
 use ecss_can_cli::images::support::{output, project};
 
 /// A program with a pinned version.

@@ -18,11 +18,10 @@ pub mod prototype;
 use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalRpdo, MinimalTpdo, Payload, Trigger};
 use ecss_can::pdo::CobIdOf;
 use ecss_can::types::Instant;
+pub use objects::{CyclicState, FixedPdo, MinimalMessage, MinimalObjects, MinimalTelemetry};
 
 use crate::counters::COUNTERS;
 use crate::{Command, Message, Request, SlaveRecord, Telemetry};
-
-pub use objects::{CyclicState, FixedPdo, MinimalMessage, MinimalObjects, MinimalTelemetry};
 
 /// The device of the shipped image.
 #[cfg(all(feature = "librecube", not(feature = "standby")))]

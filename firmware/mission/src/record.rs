@@ -1,10 +1,11 @@
 //! State that a slave of the mission keeps besides its node.
 
-use crate::{COMMAND_PERIOD, Command, Message, Request, Telemetry};
 use ecss_can::link::StampSource;
 use ecss_can::node::Status;
 use ecss_can::pdo::RepeatFilter;
 use ecss_can::types::Instant;
+
+use crate::{COMMAND_PERIOD, Command, Message, Request, Telemetry};
 
 /// State that commands change and telemetry reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

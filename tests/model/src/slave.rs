@@ -4,6 +4,7 @@ mod adapter;
 mod application;
 pub mod reports;
 
+use adapter::Node;
 use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::machine::NodeControl;
 use ecss_can::link::access::BusAccess;
@@ -12,13 +13,12 @@ use ecss_can::redundancy::machine::{Retained, SlaveRedundancy, SlaveStep, SlaveV
 use ecss_can::types::{
     Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, earliest,
 };
+use reports::Reports;
 
 use crate::defect::{self, Defect};
 use crate::profile::{GRACE, PARALLEL, PARAMETERS};
 use crate::station::{Outgoing, Station};
 use crate::what::What;
-use adapter::Node;
-use reports::Reports;
 
 /// A slave.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

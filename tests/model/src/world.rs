@@ -4,10 +4,13 @@ mod crew;
 mod fault;
 mod report;
 
+pub use crew::{Crew, Reporter};
 use ecss_can::heartbeat;
 use ecss_can::link::access::BusAccess;
 use ecss_can::nmt::{NmtMessage, Target};
 use ecss_can::types::{Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId};
+pub use fault::{Fault, Kind, Message};
+pub use report::Report;
 
 use crate::defect::{self, Defect};
 use crate::master::Master;
@@ -15,9 +18,6 @@ use crate::profile::{PARALLEL, PARAMETERS, SELECTIVE, TICK};
 use crate::slave::Slave;
 use crate::station::Station;
 use crate::what::What;
-pub use crew::{Crew, Reporter};
-pub use fault::{Fault, Kind, Message};
-pub use report::Report;
 
 /// Largest number of nodes: the master, two slaves, and the second master.
 pub const STATIONS: usize = 4;

@@ -4,7 +4,6 @@
 //! masters. The number shows which master made a command and when, and whether a slave has executed it before. Commands
 //! of the shipped master have no such number.
 
-use mission::application::slave;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
@@ -17,6 +16,7 @@ use ecss_can::runner::{EventSource, MasterHandle};
 use ecss_can::types::{Duration, Instant, NodeId};
 use ecss_can_worlds::{Events, Handle, NodeKey, ResetLine};
 use fastrand::Rng;
+use mission::application::slave;
 use mission::{COMMAND_PERIOD, Command, CommanderObjects, Indicators, TELECOMMAND};
 
 use crate::campaign::notes::{Execution, Notes};

@@ -1,6 +1,5 @@
 //! A world of the host: the nodes' own code on mocks of ports and clocks.
 
-use mission::application::slave;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -16,6 +15,7 @@ use ecss_can::types::{Bus, NodeId, PerBus};
 use ecss_can_worlds::log::NodeEvent;
 use ecss_can_worlds::{NodeKey, World};
 use mission::CommanderObjects;
+use mission::application::slave;
 
 use crate::campaign::application::Errors;
 use crate::campaign::nodes;

@@ -37,13 +37,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-use crate::images::support::misuse::Misuse;
-use crate::images::support::output::{self, Silently};
-use crate::images::support::project;
-use crate::images::support::shard::{self, Part, Run};
-use crate::images::support::stop::Stop;
 use anyhow::bail;
-
 use host::Host;
 use on_twin::Twin;
 pub use on_twin::prepare as prepare_twin;
@@ -53,6 +47,12 @@ use outcome::Outcome;
 use results::{Asked, Results};
 use rule::Rule;
 use script::Script;
+
+use crate::images::support::misuse::Misuse;
+use crate::images::support::output::{self, Silently};
+use crate::images::support::project;
+use crate::images::support::shard::{self, Part, Run};
+use crate::images::support::stop::Stop;
 
 /// Name of the command.
 const COMMAND: &str = "campaign";

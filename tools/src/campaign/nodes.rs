@@ -1,6 +1,5 @@
 //! Nodes of the demonstration mission in a world of the host.
 
-use mission::application::slave;
 use std::rc::Rc;
 
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
@@ -9,6 +8,7 @@ use ecss_can::redundancy::Strap;
 use ecss_can::types::{Address, NodeId};
 use ecss_can_worlds::judge::Bounds;
 use ecss_can_worlds::{NodeKey, Time, World};
+use mission::application::slave;
 
 use crate::campaign::application::{self, Errors};
 use crate::campaign::notes::Notes;

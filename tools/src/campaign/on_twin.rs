@@ -15,7 +15,6 @@ use can_twin::wire::record::Observation;
 use can_twin::wire::time::Time;
 use ecss_can::types::{Bus, NodeId, PerBus, Scet};
 use ecss_can_worlds::NodeKey;
-
 pub use spacecraft::prepare;
 use watched::Watched;
 

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use crate::images::support::shard::Shard;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::campaign::kind::Kind;
 use crate::campaign::rule::Rule;
 use crate::campaign::upsets::Draws;
+use crate::images::support::shard::Shard;
 
 /// Greatest number of runs of a campaign.
 const MOST_RUNS: u64 = 10_000_000;

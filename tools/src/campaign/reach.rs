@@ -6,7 +6,7 @@ use ecss_can::types::{Bus, PerBus};
 use ecss_can_worlds::judge::{MASTERS, Master, Slave, View};
 
 use crate::campaign::kind::Kind;
-use crate::campaign::script::{Fault, SELECTIVE, SPARE, Script};
+use crate::campaign::script::{Fault, SECOND_BOARD, SELECTIVE, Script};
 
 /// Babble with a lower COB-ID than this blocks the network.
 const URGENT: u32 = 0x100;
@@ -37,7 +37,7 @@ fn slaves_with(script: &Script, here: &PerBus<Vec<Fault>>) -> Vec<Slave> {
     let slave = |node| Slave {
         is_powered: !is_off(node),
         access: if is_selective(node) { BusAccess::Selective } else { BusAccess::Parallel },
-        wired: [1, SPARE].map(|master| wired(master, node)),
+        wired: [1, SECOND_BOARD].map(|master| wired(master, node)),
         ..Slave::default()
     };
     (2..=script.slaves + 1).map(slave).collect()
@@ -45,7 +45,7 @@ fn slaves_with(script: &Script, here: &PerBus<Vec<Fault>>) -> Vec<Slave> {
 
 /// Returns whether a bus joins both master boards at the end.
 pub fn joins_masters(script: &Script, bus: Bus) -> bool {
-    is_joined(script, &staying_on(script, bus), 1, SPARE)
+    is_joined(script, &staying_on(script, bus), 1, SECOND_BOARD)
 }
 
 /// Returns whether a bus certainly joins both master boards at an instant.
@@ -61,7 +61,7 @@ pub fn surely_joins_masters(script: &Script, bus: Bus, at: Time) -> bool {
         Kind::Noise => false,
         kind => kind.lasts() && fault.lasts.is_none() && fault.at + UNSURE_US <= at,
     };
-    begun.iter().all(is_clear) && is_joined(script, &begun, 1, SPARE)
+    begun.iter().all(is_clear) && is_joined(script, &begun, 1, SECOND_BOARD)
 }
 
 /// Returns the instants at which the result of [`surely_joins_masters`] may change.

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::images::support::shard::Run;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 use crate::campaign::kind::Kind;
 use crate::campaign::outcome::Outcome;
 use crate::campaign::script::Script;
+use crate::images::support::shard::Run;
 
 /// Parameters of a campaign: they and the commit determine its results.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -27,9 +27,9 @@ const RELATED_US: u64 = SECOND;
 /// Shortest run, microseconds.
 const SHORTEST_US: u64 = 60 * SECOND;
 /// A Node-ID that few scripts have among their slaves.
-pub const NOBODY: u8 = 127;
+pub const UNUSED_NODE: u8 = 127;
 /// The second one of two master boards in a script. It is no Node-ID: both boards are node 1.
-pub const SPARE: u8 = 128;
+pub const SECOND_BOARD: u8 = 128;
 /// The slave that has selective access in some scripts.
 pub const SELECTIVE: NodeId = NodeId::of::<4>();
 /// Distance between neighbours on the cable, metres: node n is at n times this.
@@ -51,7 +51,7 @@ pub struct Fault {
     pub kind: Kind,
     /// Bus of the fault.
     pub bus: Bus,
-    /// Affected node; 0 is all nodes, [`SPARE`] is the second master board.
+    /// Affected node; 0 is all nodes, [`SECOND_BOARD`] is the second master board.
     pub node: u8,
     /// Metres from the left end of the cable; see [`Script::place`].
     pub place: u32,
@@ -197,11 +197,11 @@ impl Script {
 
     fn spread_to_standby(&mut self, rng: &mut Rng) {
         let end = self.slaves + 2;
-        let place = self.place(SPARE);
+        let place = self.place(SECOND_BOARD);
         for fault in &mut self.faults {
             let is_masters = fault.node == 1 && !fault.kind.is_foreign();
             if is_masters && rng.bool() {
-                fault.node = SPARE;
+                fault.node = SECOND_BOARD;
             }
             match fault.kind {
                 Kind::Cut if rng.u8(1..end) == 1 => fault.place = place - 1,
@@ -213,7 +213,7 @@ impl Script {
 
     /// In half of the cases, moves both faults from the first master board to the second one.
     fn move_to_standby(&mut self, rng: &mut Rng) {
-        let (first, second) = (self.place(1), self.place(SPARE));
+        let (first, second) = (self.place(1), self.place(SECOND_BOARD));
         let is_beside = |fault: &Fault| self.spot(fault).is_some_and(|spot| spot.abs_diff(first) <= BESIDE);
         if !self.faults.iter().all(is_beside) || rng.bool() {
             return;
@@ -223,7 +223,7 @@ impl Script {
                 // The cable behind the first board corresponds to that before the second one.
                 fault.place = first + second - fault.place;
             } else {
-                fault.node = SPARE;
+                fault.node = SECOND_BOARD;
             }
         }
     }
@@ -249,7 +249,7 @@ impl Script {
     /// Returns the position of a node, metres from the left end of the cable. The second master board is behind the
     /// last slave.
     pub fn place(&self, node: u8) -> u32 {
-        SPACING * u32::from(if node == SPARE { self.slaves + 2 } else { node })
+        SPACING * u32::from(if node == SECOND_BOARD { self.slaves + 2 } else { node })
     }
 
     /// Checks that each fault has an effect.
@@ -264,7 +264,7 @@ impl Script {
     /// Returns the reason why a fault has no effect, if so.
     fn why_idle(&self, fault: &Fault) -> Option<String> {
         let (first, last) =
-            (self.place(1), self.place(if self.masters == 2 { SPARE } else { self.slaves + 1 }));
+            (self.place(1), self.place(if self.masters == 2 { SECOND_BOARD } else { self.slaves + 1 }));
         if fault.at >= self.length {
             return Some(format!("the run ends at {}; give an earlier at or a longer length", self.length));
         }
@@ -301,7 +301,7 @@ impl Fault {
     /// Returns the affected board; `None` is all boards.
     pub fn key(&self) -> Option<NodeKey> {
         match self.node {
-            SPARE => Some(NodeKey::SECOND_MASTER),
+            SECOND_BOARD => Some(NodeKey::SECOND_MASTER),
             node => NodeId::new(node).map(NodeKey::from),
         }
     }
@@ -416,7 +416,7 @@ fn fault(rng: &mut Rng, kind: Kind, slaves: u8, nodes: RangeInclusive<u8>, at: R
             fault.value = [0x01, 0x80, 0x81, 0x82][rng.usize(..4)];
         }
         Kind::ForeignMaster => fault.node = 1,
-        Kind::UnknownNode => (fault.node, fault.value) = (NOBODY, [0x05, 0x7F][rng.usize(..2)]),
+        Kind::UnknownNode => (fault.node, fault.value) = (UNUSED_NODE, [0x05, 0x7F][rng.usize(..2)]),
         Kind::Clash => (fault.node, fault.value) = (slave, 0x05),
         Kind::ForeignLoad => (fault.value, fault.times) = (rng.u32(1..0x7FF), rng.u32(10..5_000)),
         Kind::ResetMaster | Kind::PowerMaster => fault.node = 1,

@@ -1,7 +1,7 @@
 //! Simplifies a script with a violation as long as the violation remains.
 
 use crate::campaign::outcome::Outcome;
-use crate::campaign::script::{Fault, NOBODY, SPARE, Script};
+use crate::campaign::script::{Fault, SECOND_BOARD, Script, UNUSED_NODE};
 
 /// Greatest number of runs.
 const FLIGHTS: usize = 300;
@@ -36,13 +36,13 @@ fn candidates(script: &Script) -> Vec<Script> {
         all.push(fewer);
     }
     let highest =
-        script.faults.iter().map(|fault| fault.node).filter(|node| *node < NOBODY).max().unwrap_or(0);
+        script.faults.iter().map(|fault| fault.node).filter(|node| *node < UNUSED_NODE).max().unwrap_or(0);
     let farthest = script.faults.iter().map(|fault| fault.place.div_ceil(2) as u8).max().unwrap_or(0);
     let least = highest.max(farthest).max(3) - 1;
     all.extend(
         [least, script.slaves.saturating_sub(1).max(least)].map(|slaves| Script { slaves, ..script.clone() }),
     );
-    if script.faults.iter().all(|fault| fault.node != SPARE) {
+    if script.faults.iter().all(|fault| fault.node != SECOND_BOARD) {
         all.push(Script { masters: 1, ..script.clone() });
     }
     all.push(Script { selective: false, ..script.clone() });

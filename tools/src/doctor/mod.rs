@@ -5,10 +5,10 @@ mod machine;
 
 use clap::Args;
 use console::style;
-
-use crate::images::support::output::{Silently, line};
 use findings::{Finding, findings};
 use machine::Machine;
+
+use crate::images::support::output::{Silently, line};
 
 /// Command line of `doctor`.
 #[derive(Args, Debug)]

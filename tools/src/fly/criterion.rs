@@ -22,9 +22,9 @@ pub enum Must {
     OperationalAt(Time),
     /// The node need not be operational at the end of the flight.
     MayBeLost,
-    /// It works on the other bus at most this time after the first cut.
+    /// It works on the other bus within this time after the first cut.
     FailOverWithin(Time),
-    /// Its settled clock differs from the master's by at most so many microseconds.
+    /// Its clock, once settled, differs from the master's by at most this number of microseconds.
     ClockWithin(f64),
     /// It answers each SDO request, and each request for telemetry of the shipped master, within this time.
     AnswerWithin(Time),

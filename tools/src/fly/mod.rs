@@ -48,13 +48,6 @@ mod verdict;
 use std::ops::ControlFlow;
 
 use anyhow::bail;
-
-use crate::images::support::diagnostics::Diagnostics;
-use crate::images::support::misuse::Misuse;
-use crate::images::support::node::Node;
-use crate::images::support::output::{self, Silently};
-use crate::images::support::project;
-use crate::images::support::stop::Stop;
 use can_twin::image::Image;
 use flight::Interruption;
 use meaning::Scope;
@@ -65,6 +58,13 @@ use pdos::Sheets;
 use plan::Plan;
 use summary::Summary;
 use verdict::Outcome;
+
+use crate::images::support::diagnostics::Diagnostics;
+use crate::images::support::misuse::Misuse;
+use crate::images::support::node::Node;
+use crate::images::support::output::{self, Silently};
+use crate::images::support::project;
+use crate::images::support::stop::Stop;
 
 /// Runs, narrates, records and judges a flight.
 ///

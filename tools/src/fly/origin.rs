@@ -95,8 +95,9 @@ mod tests {
     /// The vector is that of FIPS 180-4 for the empty message.
     #[test]
     fn each_board_has_the_hash_of_its_image() {
-        use can_twin::image::Image;
         use std::sync::Arc;
+
+        use can_twin::image::Image;
         let mut plan = sample::plan();
         plan.boards[2].own_image = Some("heater".into());
         let image = Arc::new(Image::from_flash(vec![0; 8]));

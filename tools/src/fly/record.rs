@@ -2,13 +2,13 @@
 //!
 //! Narrator, observer, logs and report use only these records, in chronological order.
 
+pub use can_twin::rtt::Level;
+pub use can_twin::spacecraft::Bus;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
 
 use super::meaning::{Meaning, Scope};
 pub use crate::images::support::node::{MASTER, Node, SECOND_MASTER, is_master};
-pub use can_twin::rtt::Level;
-pub use can_twin::spacecraft::Bus;
 
 /// A set of boards.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

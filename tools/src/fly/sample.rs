@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use can_twin::bxcan::Attempt;
 use can_twin::crystal::Crystal;
+use can_twin::pulses::{Errors, Sample};
 use can_twin::wire::frame::{WireFrame, WireId};
 use can_twin::wire::time::Time;
 
@@ -27,7 +28,6 @@ use super::unjudged::Unjudged;
 use crate::images::support::board::{Board, Profile};
 use crate::images::support::counters::Counters;
 use crate::images::support::diagnostics::{Diagnostics, Stamps};
-use can_twin::pulses::{Errors, Sample};
 
 const CUT_MS: u64 = 20_000;
 const SWITCH_MS: u64 = 20_600;

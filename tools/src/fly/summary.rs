@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use can_twin::pulses::Errors;
 use can_twin::wire::time::Time;
 use serde::Serialize;
 
@@ -17,7 +18,6 @@ use super::record::{Bus, Node, is_master};
 use super::track::Track;
 use super::unjudged::Unjudged;
 use super::verdict::Verdict;
-use can_twin::pulses::Errors;
 
 /// `summary.json`.
 #[derive(Clone, Debug, Serialize)]

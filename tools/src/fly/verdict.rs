@@ -56,7 +56,6 @@ fn stopped(flight: &Flight, interruption: Interruption) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::images::support::counters::Counters;
     use can_twin::wire::frame::WireId;
     use can_twin::wire::time::Time;
 
@@ -65,6 +64,7 @@ mod tests {
     use crate::fly::observer::Observer;
     use crate::fly::record::{Bus, FlightEvent, Level, Occurrence, SECOND_MASTER};
     use crate::fly::sample;
+    use crate::images::support::counters::Counters;
 
     /// Observes a flight once more, up to this millisecond.
     fn observe(flight: &mut Flight, until_ms: u64) {

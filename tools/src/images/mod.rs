@@ -28,11 +28,6 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use indicatif::{ProgressBar, ProgressStyle};
-
-use site::Site;
-use support::output::note;
-
 pub use board_crate::BoardCrate;
 #[cfg(feature = "program")]
 pub(crate) use board_crate::read as package_of;
@@ -41,7 +36,10 @@ pub use choice::Choice;
 #[cfg(feature = "program")]
 pub(crate) use elsewhere::OF_BOARDS;
 pub use environment::{clean, host_cargo};
+use indicatif::{ProgressBar, ProgressStyle};
 pub use package::{Package, Refusal};
+use site::Site;
+use support::output::note;
 pub use target::{results, target};
 #[cfg(feature = "program")]
 pub(crate) use toolchain::{Toolchain, installed};
@@ -404,7 +402,7 @@ fn take(lock: &File) -> io::Result<()> {
     }
 }
 
-/// Root of the repository that this program was built in, where it may be no more.
+/// Root of the repository in which this program was built. The folder may have been removed since.
 fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(1).unwrap_or(Path::new(".")).to_path_buf()
 }

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, Subcommand};
+use template::{File, Places};
 use time::OffsetDateTime;
 use toml::Table;
 
@@ -17,7 +18,6 @@ use crate::images::support::board::Board;
 use crate::images::support::misuse::Misuse;
 use crate::images::support::output;
 use crate::images::{BoardCrate, package_of};
-use template::{File, Places};
 
 /// Folder and package of the slave that a new master commands.
 const SLAVE: &str = "heater";

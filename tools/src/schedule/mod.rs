@@ -23,11 +23,11 @@ mod options;
 mod table;
 
 pub use analysis::response_times;
+use anyhow::bail;
 pub use message::{Errors, Message, Network};
 pub use options::Options;
 
 use crate::images::support::output;
-use anyhow::bail;
 
 /// Computes and prints the response times.
 ///

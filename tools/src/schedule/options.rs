@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use crate::images::support::board::Profile;
 use clap::Args;
 use ecss_can::profile;
 
 use super::message::{Errors, Network};
 use super::mission::Assumed;
+use crate::images::support::board::Profile;
 use crate::numbers;
 
 /// Command line of `schedule`.

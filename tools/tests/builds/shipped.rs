@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Command;
 
 use ecss_can_cli::images::{LOG, build_image, target};
-use object::{Object, ObjectSegment, ObjectSymbol};
+use object::{Object, ObjectSegment};
 
 use crate::scratch::root;
 

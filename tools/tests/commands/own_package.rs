@@ -4,9 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-use tempfile::TempDir;
-
 use second::programs::root;
+use tempfile::TempDir;
 
 use crate::TOOLS;
 

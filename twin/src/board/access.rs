@@ -2,11 +2,10 @@
 
 use std::fmt;
 
-use crate::wire::time::Time;
-
 use super::{EmulatedBoard, State};
 use crate::mmio::{Refusal, RefusedAccess};
 use crate::peripherals::name;
+use crate::wire::time::Time;
 
 /// Bytes from the base of a stack frame to the return address (DDI 0403E B1.5.6).
 const FRAME_PC: u32 = 0x18;

@@ -1,8 +1,7 @@
 //! Edges at pins, with their true instants.
 
-use crate::wire::time::{TICKS_PER_US, Time};
-
 use crate::pin::Pin;
+use crate::wire::time::{TICKS_PER_US, Time};
 
 /// A timer changed the level of a pin.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,12 +1,11 @@
 //! Hardware that differs between boards of one model, faults included.
 
-use crate::wire::time::Time;
-use crate::wire::transceiver::Transceiver;
-
 use crate::accelerator::FlashTiming;
 use crate::bxcan::Side;
 use crate::peripherals::FlashSpeed;
 use crate::pin::Pin;
+use crate::wire::time::Time;
+use crate::wire::transceiver::Transceiver;
 use crate::wiring::{Bus, Wiring};
 
 /// Fitted parts of a board and its environment.

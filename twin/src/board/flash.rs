@@ -4,13 +4,12 @@
 //! both banks wait. A core that runs from RAM or from the other bank of a part with 2 MiB continues until it fetches
 //! from the busy bank. It is not modelled that a *load* from there would wait too.
 
-use crate::wire::time::Time;
-
 use super::EmulatedBoard;
 use crate::accelerator::LINE;
 use crate::memory::NotMemory;
 use crate::model::FLASH_BASE;
 use crate::peripherals::Change;
+use crate::wire::time::Time;
 
 /// Content of a word or sector after an interrupted operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,9 +1,8 @@
 //! Updates a board from its peripherals: clock tree, interrupt lines, next event, log.
 
-use crate::wire::time::Time;
-
 use super::{Edge, EmulatedBoard};
 use crate::peripherals::{IrqLevels, ResetCause};
+use crate::wire::time::Time;
 
 impl EmulatedBoard {
     /// Resets the chip, and starts its program.

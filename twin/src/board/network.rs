@@ -1,10 +1,9 @@
 //! A board and its buses: bus activity for its controllers, and warnings about mismatches of image and board.
 
-use crate::wire::time::Time;
-
 use super::EmulatedBoard;
 use crate::bxcan::{Activity, Side, bit_pclks};
 use crate::rtt::{Level, LogLine};
+use crate::wire::time::Time;
 
 /// Bit rates of CiA 301 (table 1), bit/s.
 const BIT_RATES: [u64; 8] = [10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000];

@@ -1,12 +1,11 @@
 //! Advances a board in time: its core runs until the next event of the board, sleeps, or waits for its flash.
 
-use crate::cpu::Stop;
-use crate::wire::time::Time;
-
 use super::{AccessError, EmulatedBoard, State};
 use crate::chip::Watching;
+use crate::cpu::Stop;
 use crate::mmio::{Refusal, RefusedAccess};
 use crate::peripherals::ResetCause;
+use crate::wire::time::Time;
 
 /// Number of HardFault (DDI 0403E B1.5.2).
 const HARD_FAULT: u16 = 3;

@@ -4,7 +4,6 @@ use super::EmulatedBoard;
 
 impl EmulatedBoard {
     /// Stops or starts the clocks of these peripherals after the core fell asleep or woke up.
-    #[inline]
     pub(super) fn follow_sleep(&mut self) {
         if self.chip.peripherals.has_sleepers() {
             self.change_sleep();

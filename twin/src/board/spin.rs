@@ -4,10 +4,9 @@
 //! pending, so the board skips as many of them as fit before the next event. Instructions, cycles, SysTick and CYCCNT
 //! end as if each had been executed.
 
-use crate::wire::time::Time;
-
 use super::{EmulatedBoard, State};
 use crate::mmio::Width;
+use crate::wire::time::Time;
 
 /// Equal iterations in a row after which the accelerator's timing no longer changes.
 const STEADY: u32 = 8;

@@ -1,8 +1,7 @@
 //! Power, the oscillator and the reset pin of a board.
 
-use crate::cpu::{Config, Core};
-
 use super::{EmulatedBoard, State};
+use crate::cpu::{Config, Core};
 use crate::peripherals::ResetCause;
 
 impl EmulatedBoard {

@@ -14,10 +14,9 @@
 //! [`state_registers`](EmulatedBoard::state_registers) lists what `flip_register` accepts. [`watch_memory`](EmulatedBoard::watch_memory)
 //! shows which bytes of RAM matter: an upset in a byte that is not read, or written first, has no effect.
 
-use crate::cpu::{CoreRegister, StateRegister, Unpredictable, system_registers};
-
 use super::{EmulatedBoard, NotMemory};
 use crate::chip::Uses;
+use crate::cpu::{CoreRegister, StateRegister, Unpredictable, system_registers};
 use crate::mmio::Refusal;
 use crate::model::FLASH_BASE;
 
@@ -88,7 +87,7 @@ impl EmulatedBoard {
         self.uses = Some(Box::new(Uses::new(&self.chip)));
     }
 
-    /// Takes the uses since [`EmulatedBoard::watch_memory`], and records no more. `None` without that call.
+    /// Ends the recording that [`EmulatedBoard::watch_memory`] began, and returns its uses. Returns `None` if there is no recording.
     pub fn take_uses(&mut self) -> Option<Uses> {
         self.uses.take().map(|uses| *uses)
     }

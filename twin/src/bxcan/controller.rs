@@ -1,10 +1,5 @@
 //! One controller without its filters: modes, errors, interrupts.
 
-use crate::wire::controller::{Attachment, ErrorCounters, ErrorKind};
-use crate::wire::frame::WireFrame;
-use crate::wire::time::Time;
-use crate::wire::timing::BitTiming;
-
 use super::clock::{PclkTick, bit_pclks};
 use super::errors::ErrorState;
 use super::fifo::{Fifo, Storing, rir};
@@ -12,6 +7,10 @@ use super::filter::{FilterBlock, FilterKey};
 use super::mailbox::{Attempt, Mailboxes};
 use super::regs::*;
 use super::{Activity, IrqLines, Overrun, Side, Stats};
+use crate::wire::controller::{Attachment, ErrorCounters, ErrorKind};
+use crate::wire::frame::WireFrame;
+use crate::wire::time::Time;
+use crate::wire::timing::BitTiming;
 
 /// Recessive bits that synchronise a controller with the bus, 32.4.2.
 const SEQUENCE: u64 = 11;

@@ -2,9 +2,8 @@
 //!
 //! The protocol engine maintains the counters; this module derives flags and interrupts of the chip.
 
-use crate::wire::controller::{ErrorCounters, ErrorKind};
-
 use super::regs::{ESR_BOFF, ESR_EPVF, ESR_EWGF, ESR_LEC};
+use crate::wire::controller::{ErrorCounters, ErrorKind};
 
 /// Value of a counter from which on EWGF is set.
 const WARNING: u16 = 96;

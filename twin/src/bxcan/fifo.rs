@@ -2,10 +2,9 @@
 
 use std::collections::VecDeque;
 
+use super::regs::{RFR_FOVR, RFR_FULL, RFR_RFOM, TIR_IDE, TIR_RTR};
 use crate::wire::frame::{WireFrame, WireId};
 use crate::wire::time::Time;
-
-use super::regs::{RFR_FOVR, RFR_FULL, RFR_RFOM, TIR_IDE, TIR_RTR};
 
 const DEPTH: usize = 3;
 

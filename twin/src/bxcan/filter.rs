@@ -1,11 +1,10 @@
 //! The 28 filter banks that both controllers share: RM0090 32.7.4 and 32.9.4.
 
-use crate::wire::time::Time;
-
 use super::Side;
 use super::regs::{
     BANK_BITS, BANKS, BANKS_END, FA1R, FFA1R, FM1R, FMR, FMR_AT_RESET, FMR_CAN2SB, FMR_FINIT, FS1R,
 };
+use crate::wire::time::Time;
 
 const BANK_COUNT: usize = 28;
 

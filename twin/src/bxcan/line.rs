@@ -1,14 +1,13 @@
 //! A controller on its wire, and internal loopback.
 
-use crate::wire::controller::{Attachment, Controller, WireEvent};
-use crate::wire::encode::encode;
-use crate::wire::frame::{WireFrame, WireId};
-use crate::wire::time::Time;
-
 use super::controller::{Mode, Registers};
 use super::filter::FilterBlock;
 use super::mailbox::Attempt;
 use super::regs::{MCR_NART, MCR_TXFP};
+use crate::wire::controller::{Attachment, Controller, WireEvent};
+use crate::wire::encode::encode;
+use crate::wire::frame::{WireFrame, WireId};
+use crate::wire::time::Time;
 
 /// Intermission between two frames, bits.
 const INTERMISSION: u64 = 3;

@@ -3,12 +3,11 @@
 //! Requests and aborts carry the instant at which the CPU wrote them, because the CPU runs ahead of the wire: the
 //! effect is determined only when the wire has reached that instant.
 
-use crate::wire::frame::{WireFrame, WireId};
-use crate::wire::time::Time;
-
 use super::regs::{
     TDTR_STORED, TIR_IDE, TIR_RTR, TIR_TXRQ, TSR_ABRQ, TSR_ALST, TSR_RQCP, TSR_TERR, TSR_TXOK,
 };
+use crate::wire::frame::{WireFrame, WireId};
+use crate::wire::time::Time;
 
 const MAILBOXES: usize = 3;
 

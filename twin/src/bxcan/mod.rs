@@ -40,9 +40,6 @@ mod upset;
 
 use std::fmt;
 
-use crate::wire::frame::WireFrame;
-use crate::wire::time::Time;
-
 pub use clock::PclkTick;
 pub(crate) use clock::bit_pclks;
 use controller::Mode;
@@ -51,6 +48,9 @@ use filter::FilterBlock;
 pub use line::BusTap;
 pub use mailbox::{Aborted, Attempt};
 use regs::{BTR, CONTROLLER_SIZE, FMR, IER, MCR, MCR_DBF};
+
+use crate::wire::frame::WireFrame;
+use crate::wire::time::Time;
 
 /// One of the two controllers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

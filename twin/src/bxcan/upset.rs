@@ -3,15 +3,14 @@
 //! Not listed: INAK and SLAK, which follow the mode; FMP, the number of messages; TEC and REC, which belong to the engine of the wire;
 //! TIME, which reads zero.
 
-use crate::wire::frame::{WireFrame, WireId};
-use crate::wire::time::Time;
-
 use super::controller::Registers;
 use super::fifo::{Fifo, rir};
 use super::filter::FilterBlock;
 use super::mailbox::{Mailbox, Mailboxes, Request};
 use super::regs::*;
 use super::{BxcanPair, Side, locate};
+use crate::wire::frame::{WireFrame, WireId};
+use crate::wire::time::Time;
 
 /// RQCP, TXOK, ALST, TERR and ABRQ of the three mailboxes.
 const TSR_BITS: u32 = 0x008F_8F8F;

@@ -1,8 +1,7 @@
 //! First use of each byte of RAM by the core: whether it is read before it is written.
 
-use crate::cpu::{Bus, BusError};
-
 use super::Chip;
+use crate::cpu::{Bus, BusError};
 use crate::memory::Place;
 use crate::mmio::Width;
 

@@ -81,8 +81,9 @@ mod system;
 mod trap;
 mod upset;
 
+pub use core::{Config, Core, Run, Step, Stop, Unpredictable};
+
 pub use bus::{Bus, BusError, Width};
 pub use cache::Code;
-pub use core::{Config, Core, Run, Step, Stop, Unpredictable};
 pub use registers::Registers;
 pub use upset::{CoreRegister, StateRegister, system_registers};

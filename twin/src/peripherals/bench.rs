@@ -1,10 +1,9 @@
 //! Peripherals of a board that a test accesses register by register.
 
-use crate::wire::time::Time;
-
 use super::Peripherals;
 use crate::mmio::{Now, Refusal, Width};
 use crate::model::Model;
+use crate::wire::time::Time;
 
 pub(super) const RCC: u32 = 0x4002_3800;
 

@@ -3,9 +3,8 @@
 //! RM0090 chapter 8. A pin reads the level of its driver: its own output, a timer, the harness, otherwise its pull. A
 //! pin without any of these reads low. Open-drain, speed and the configuration lock are stored without effect.
 
-use crate::wire::time::Time;
-
 use crate::pin::Pin;
+use crate::wire::time::Time;
 
 const MODER: u32 = 0x00;
 const PUPDR: u32 = 0x0C;

@@ -4,9 +4,8 @@
 //! continues in Sleep, in endless fault handlers and in lock-up. DBG_IWDG_STOP freezes it while a debugger halts the
 //! core.
 
-use crate::wire::time::{TICKS_PER_US, Time};
-
 use crate::mmio::Refusal;
+use crate::wire::time::{TICKS_PER_US, Time};
 
 const KR: u32 = 0x00;
 pub(super) const PR: u32 = 0x04;

@@ -29,14 +29,6 @@ mod timers;
 mod upset;
 mod wires;
 
-use crate::wire::time::Time;
-
-use crate::accelerator::PRFTEN;
-use crate::bxcan::{BusTap, BxcanPair, PclkTick, Registers, Side};
-use crate::mmio::{Now, Refusal, Width, duplicate, mask, merge};
-use crate::model::{FLASH_BASE, Model, Part, Pins};
-use crate::part::Family;
-use crate::pin::Pin;
 use dma::Dma;
 use exti::{Exti, Syscfg};
 pub(crate) use flash::Change;
@@ -53,6 +45,14 @@ pub use rcc::{Clocks, ResetCause};
 pub use requests::Ram;
 use system::{Dbgmcu, Pwr, signature};
 use timers::{TIM3, TIM5, TIMERS, Timers};
+
+use crate::accelerator::PRFTEN;
+use crate::bxcan::{BusTap, BxcanPair, PclkTick, Registers, Side};
+use crate::mmio::{Now, Refusal, Width, duplicate, mask, merge};
+use crate::model::{FLASH_BASE, Model, Part, Pins};
+use crate::part::Family;
+use crate::pin::Pin;
+use crate::wire::time::Time;
 
 /// Levels of the NVIC inputs 0..=95.
 pub type IrqLevels = [u32; 3];

@@ -5,11 +5,10 @@
 //! if that is broken. The bus enforces gated clocks; `sleep` has the effect of the low-power enables (LPENR).
 //! PLLI2S and PLLSAI lock at once.
 
-use crate::wire::time::Time;
-
 use crate::mmio::Now;
 use crate::model::Model;
 use crate::part::Family;
+use crate::wire::time::Time;
 
 const HSI_HZ: u64 = 16_000_000;
 /// DS8626 table 34: start-up of a 4..26 MHz crystal.

@@ -29,7 +29,6 @@ impl Rcc {
 
 impl Peripherals {
     /// Returns whether [`Peripherals::sleep`] has an effect.
-    #[inline]
     pub(crate) fn has_sleepers(&self) -> bool {
         self.rcc.has_sleepers || self.is_asleep
     }

@@ -3,8 +3,6 @@
 //! Each block lists its registers with the bits that hold state, and inverts one of them by its offset. Locks, keys and modes that keep
 //! a program from a register do not protect the bit. A block without clock is not listed.
 
-use crate::wire::time::Time;
-
 use super::dma::{self, Dma};
 use super::gpio::Gpio;
 use super::iwdg::{self, Iwdg};
@@ -14,6 +12,7 @@ use super::{Peripherals, name, timers};
 use crate::bxcan::Side;
 use crate::cpu::StateRegister;
 use crate::mmio::{Now, Refusal};
+use crate::wire::time::Time;
 
 /// First addresses of the blocks that hold state, besides timers and ports.
 const BLOCKS: [u32; 12] = [

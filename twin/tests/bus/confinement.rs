@@ -1,11 +1,12 @@
 //! Fault confinement, rule by rule (ISO 11898-1, 12.1.4.2): counters, states and the instants at which they change.
 
-use crate::common::*;
 use can_twin::wire::controller::{ErrorKind, WireEvent};
 use can_twin::wire::fault::{Effect, Fault, Nodes};
 use can_twin::wire::field::Field;
 use can_twin::wire::station::Bench;
 use can_twin::wire::time::Time;
+
+use crate::common::*;
 
 const BIT_DOMINANT: WireEvent = WireEvent::TransmitError(ErrorKind::BitDominant);
 

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use crate::common::*;
 use can_twin::wire::bus::WireConfig;
 use can_twin::wire::controller::ErrorKind;
 use can_twin::wire::encode::encode;
@@ -11,6 +10,8 @@ use can_twin::wire::field::Field;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::record::{Destruction, Observation};
 use can_twin::wire::station::Bench;
+
+use crate::common::*;
 
 /// Each node reports a wrong bit as the error of its field. A stuff error is the sixth equal bit, a form error a
 /// dominant bit in a delimiter or in EOF. A receiver can have a bit error only in the ACK slot and in flags, where it

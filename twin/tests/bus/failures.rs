@@ -3,12 +3,13 @@
 //! A wire models levels, not voltages: a failure that only reduces the margin is a higher bit error rate, and one that
 //! prevents communication is a line that stays recessive. Cases are numbered as in ISO 11898-2.
 
-use crate::common::*;
 use can_twin::wire::bus::WireConfig;
 use can_twin::wire::fault::Fault;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::station::Bench;
 use can_twin::wire::time::Time;
+
+use crate::common::*;
 
 /// Nodes at 0, 10, 20, 30 and 40 m.
 const NODES: usize = 5;

@@ -1,6 +1,5 @@
 //! The effect of every fault, and the refusal of impossible faults with the reason.
 
-use crate::common::*;
 use can_twin::wire::bus::WireConfig;
 use can_twin::wire::controller::{ErrorKind, WireEvent};
 use can_twin::wire::encode::encode;
@@ -11,6 +10,8 @@ use can_twin::wire::record::{Destruction, Observation};
 use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
 use proptest::prelude::*;
+
+use crate::common::*;
 
 /// Returns a bench with two nodes on the left (0 m, 1 m) and two on the right (11 m, 12 m).
 fn four(stations: [Station; 4]) -> Bench {

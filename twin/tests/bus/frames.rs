@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 
-use crate::common::*;
 use can_twin::wire::bus::WireConfig;
 use can_twin::wire::encode::encode;
 use can_twin::wire::frame::{WireFrame, WireId};
 use can_twin::wire::station::Bench;
 use can_twin::wire::time::Time;
+
+use crate::common::*;
 
 /// Returns the frame as text, as calculated by hand: binary strings, CRC by long division, stuffing by looking at the
 /// last five characters.

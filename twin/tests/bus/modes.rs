@@ -1,6 +1,5 @@
 //! Bus monitoring, single shot, foreign frames, arbitration, joining and leaving.
 
-use crate::common::*;
 use can_twin::wire::bus::WireConfig;
 use can_twin::wire::controller::{ErrorKind, Trace, WireEvent};
 use can_twin::wire::fault::Fault;
@@ -11,6 +10,8 @@ use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
 use can_twin::wire::transceiver::Transceiver;
 use proptest::prelude::*;
+
+use crate::common::*;
 
 /// Every completed frame.
 fn done(bench: &mut Bench) -> Vec<Trace> {

@@ -1,6 +1,5 @@
 //! Compares the fast path with the bit path: the results are equal to the tick.
 
-use crate::common::cases;
 use can_twin::wire::bus::WireConfig;
 use can_twin::wire::fault::{Effect, Fault, Flip, Nodes, Place};
 use can_twin::wire::field::Field;
@@ -11,6 +10,8 @@ use can_twin::wire::timing::BitTiming;
 use can_twin::wire::transceiver::Transceiver;
 use can_twin::wire::waveform::Waveform;
 use proptest::prelude::*;
+
+use crate::common::cases;
 
 fn frame() -> impl Strategy<Value = WireFrame> {
     let id = prop_oneof![

@@ -5,7 +5,6 @@
 
 use std::collections::BTreeSet;
 
-use crate::common::*;
 use can_twin::wire::bus::WireConfig;
 use can_twin::wire::controller::WireEvent;
 use can_twin::wire::encode::encode;
@@ -16,6 +15,8 @@ use can_twin::wire::record::Observation;
 use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
 use can_twin::wire::timing::BitTiming;
+
+use crate::common::*;
 
 const NODES: usize = 8;
 const SCRIPTS: u64 = 1000;

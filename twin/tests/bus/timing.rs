@@ -1,6 +1,5 @@
 //! Bit timing: sample points, tolerance of clocks and cables, and synchronisation (ISO 11898-1, 11.3).
 
-use crate::common::*;
 use can_twin::wire::bus::WireConfig;
 use can_twin::wire::controller::ErrorKind;
 use can_twin::wire::fault::{Effect, Fault, Nodes};
@@ -8,6 +7,8 @@ use can_twin::wire::frame::WireFrame;
 use can_twin::wire::station::{Bench, Station};
 use can_twin::wire::time::Time;
 use can_twin::wire::timing::{BitTiming, Quantum};
+
+use crate::common::*;
 
 /// A quantum of 1 Mbit/s in 21 quanta, ticks; the sample point lies 17 quanta after the start of a bit.
 const QUANTUM: u64 = 16;

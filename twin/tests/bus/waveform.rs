@@ -1,12 +1,13 @@
 //! Waveforms, compared with bits counted by hand.
 
-use crate::common::*;
 use can_twin::wire::bus::WireConfig;
 use can_twin::wire::controller::{ErrorKind, WireEvent};
 use can_twin::wire::field::Field;
 use can_twin::wire::station::Bench;
 use can_twin::wire::time::Time;
 use can_twin::wire::waveform::{Lane, Waveform};
+
+use crate::common::*;
 
 fn record(bench: &mut Bench, from: u64, to: u64) -> Waveform {
     bench.wire.record_waveform(us(from), us(to));

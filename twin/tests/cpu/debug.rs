@@ -1,7 +1,8 @@
 //! Cycle counter and debug registers (DDI 0403E C1.6, C1.8). Neither Unicorn nor QEMU models them.
 
-use crate::board::*;
 use can_twin::cpu::Stop;
+
+use crate::board::*;
 
 // Cycle counter (C1.8).
 

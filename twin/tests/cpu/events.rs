@@ -1,8 +1,9 @@
 //! Event register and continued load and store multiple (DDI 0403E B1.5.10, B1.5.18). Neither Unicorn nor QEMU models
 //! them.
 
-use crate::board::*;
 use can_twin::cpu::{Stop, Width};
+
+use crate::board::*;
 
 // Event register (B1.5.18).
 

@@ -1,7 +1,8 @@
 //! Exceptions: entry, return, priorities, masks, chaining, sleep (DDI 0403E B1.5). Programs are assembled by hand.
 
-use crate::board::*;
 use can_twin::cpu::{Stop, Width};
+
+use crate::board::*;
 
 /// Exception number of interrupt 0.
 const IRQ: u16 = 16;

@@ -1,7 +1,8 @@
 //! Faults, escalation, lock-up and stops (DDI 0403E B1.5.14, B1.5.15).
 
-use crate::board::*;
 use can_twin::cpu::{Stop, Width};
+
+use crate::board::*;
 
 /// Runs the first instruction of a program with MemManage, BusFault and UsageFault enabled. r0 is given, r1 is 4.
 fn fault(program: &[u16], r0: u32, ccr: u32) -> Board {

@@ -1,7 +1,8 @@
 //! Lock-up (DDI 0403E B1.5.15). QEMU terminates at a lock-up, so these are written from the manual.
 
-use crate::board::*;
 use can_twin::cpu::Width;
+
+use crate::board::*;
 
 const LOCK_UP: u32 = 0xFFFF_FFFE;
 

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::board::{FLASH, Memory, PERIPHERAL, Piece, RAM};
 use can_twin::cpu::{Config, Core, Stop, Width};
+
+use crate::board::{FLASH, Memory, PERIPHERAL, Piece, RAM};
 
 const IMAGE: &[u8] = include_bytes!("../qemu/image.bin");
 /// Output of QEMU.

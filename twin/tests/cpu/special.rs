@@ -1,7 +1,8 @@
 //! Special registers, stack pointers, and the rules of IT blocks (DDI 0403E B1.4, B5.2, A7.3).
 
-use crate::board::*;
 use can_twin::cpu::Stop;
+
+use crate::board::*;
 
 /// MSR `register`, r2; MRS r3, `register`.
 fn moved(register: u16, value: u32) -> u32 {

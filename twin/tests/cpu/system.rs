@@ -1,7 +1,8 @@
 //! System registers: SysTick, cycle counter, debug, MPU, bit-band aliases, identification.
 
-use crate::board::*;
 use can_twin::cpu::{Config, Width};
+
+use crate::board::*;
 
 /// Region enabled, 1 KiB; full access.
 const REGION: u32 = 9 << 1 | 1;

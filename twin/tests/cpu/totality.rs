@@ -2,8 +2,9 @@
 //!
 //! Of an UNPREDICTABLE encoding the core stops with its word, or raises a UsageFault where the Config asks for it.
 
-use crate::board::*;
 use can_twin::cpu::{Config, Registers, Stop, Unpredictable};
+
+use crate::board::*;
 
 /// Two boards that differ in their treatment of UNPREDICTABLE encodings. Both may use their FPU and have all fault handlers.
 struct Boards {

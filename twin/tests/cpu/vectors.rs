@@ -1,7 +1,8 @@
 //! Replays instructions from random states and compares with the answers of Unicorn (`judge/README.md`).
 
-use crate::board::{CPACR, FLASH, Memory, RAM, Random, T};
 use can_twin::cpu::{Config, Core, Registers};
+
+use crate::board::{CPACR, FLASH, Memory, RAM, Random, T};
 
 const VECTORS: &[u8] = include_bytes!("../vectors/unicorn.bin");
 /// Names another file of vectors.

@@ -14,10 +14,9 @@ use std::io::BufReader;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use ecss_can_cli::images::support::{output, project};
+use items::modules;
 use rustdoc_types::{Crate, FORMAT_VERSION};
 use serde::Deserialize;
-
-use items::modules;
 
 /// Path of the generated page from the root of the repository.
 const PAGE: &str = "docs/api.md";

@@ -18,7 +18,6 @@ use can_twin::traffic::Traffic;
 use can_twin::wire::frame::{WireFrame, WireId};
 use can_twin::wire::time::Time;
 use can_twin::wire::transceiver::Transceiver;
-
 use ecss_can::types::Address;
 use ecss_can_cli::fly::stamps::{StampErrors, StampWatch};
 use ecss_can_cli::images::Images;

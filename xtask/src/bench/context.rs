@@ -8,13 +8,12 @@ use can_twin::board::{BoardConfig, Fittings};
 use can_twin::crystal::Crystal;
 use can_twin::image::Image;
 use can_twin::wire::time::Time;
-use ecss_can_cli::images::{Images, LOG};
-
 use ecss_can_cli::fly::flight::Flight;
 use ecss_can_cli::fly::mission;
 use ecss_can_cli::fly::plan::Plan;
 use ecss_can_cli::images::support::board::{Board, Profile};
 use ecss_can_cli::images::support::fleet;
+use ecss_can_cli::images::{Images, LOG};
 
 /// The board on the twin.
 pub static FLOWN: LazyLock<Board> = LazyLock::new(|| Board::shipped(Board::DEFAULT));

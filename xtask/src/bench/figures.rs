@@ -19,13 +19,13 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use anyhow::{Context, bail};
+use ecss_can_cli::images::support::project;
 use serde::Deserialize;
 
 use super::page::rewrite;
 use super::stored::Stored;
 use super::table::grouped;
 use crate::compliance;
-use ecss_can_cli::images::support::project;
 
 /// The pages with such figures. No other number on them may have a unit.
 const PAGES: [&str; 6] = [

@@ -25,18 +25,18 @@ use anyhow::{Context as _, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use console::style;
-
-pub use self::areas::clock_errors;
-use self::areas::{ALL, Area};
-use self::context::{Context, FLOWN};
-use self::row::Row;
-use self::stored::Stored;
 use ecss_can_cli::images::support::board::Profile;
 use ecss_can_cli::images::support::elf::Facts;
 use ecss_can_cli::images::support::misuse::Misuse;
 use ecss_can_cli::images::support::needs::{Need, provide};
 use ecss_can_cli::images::support::output::{line, note, text, warn};
 use ecss_can_cli::images::support::project;
+
+pub use self::areas::clock_errors;
+use self::areas::{ALL, Area};
+use self::context::{Context, FLOWN};
+use self::row::Row;
+use self::stored::Stored;
 
 /// Name of the command.
 const COMMAND: &str = "bench";

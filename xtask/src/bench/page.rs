@@ -14,11 +14,11 @@ use std::fmt::Write as _;
 use std::fs;
 
 use anyhow::{Context, bail};
+use ecss_can_cli::images::support::project;
 use serde_json::Value;
 
 use super::stored::Stored;
 use super::table::number;
-use ecss_can_cli::images::support::project;
 
 const START: &str = "<!-- rows: ";
 const START_ENDS: &str = " -->";

@@ -8,12 +8,12 @@ use can_twin::board::{BoardConfig, EmulatedBoard, Fittings, FlashTiming};
 use can_twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
-use super::context::{Context, FLOWN, board};
 use ecss_can_cli::images::support::board::Profile;
 use ecss_can_cli::images::support::counters::Counters;
 use ecss_can_cli::images::support::diagnostics::Diagnostics;
 use ecss_can_cli::images::support::fleet;
+
+use super::context::{Context, FLOWN, board};
 
 /// NMT start of all nodes (CiA 301 7.2.8.3.1.1).
 const START_ALL: (u16, &[u8]) = (0x000, &[0x01, 0x00]);

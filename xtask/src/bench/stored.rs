@@ -16,11 +16,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use ecss_can_cli::images::support::project;
 use serde_json::{Value, json};
 
 use super::Measured;
 use super::row::{Better, Row};
-use ecss_can_cli::images::support::project;
 
 /// Largest difference from the stored value that is not reported, as a share of it.
 const TOLERANCE: f64 = 0.03;

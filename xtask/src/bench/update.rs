@@ -9,11 +9,11 @@ use can_twin::spacecraft::Bus;
 use can_twin::wire::encode::encode;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
+use ecss_can_cli::images::support::board::Profile;
 
 use crate::bench::context::Context;
 use crate::bench::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::bench::row::Row;
-use ecss_can_cli::images::support::board::Profile;
 
 /// Not inlined: PDOs of both kinds call it.
 const FUNCTION: &str = "<ecss_can::time::service::TimeService>::pair";

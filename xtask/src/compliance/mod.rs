@@ -20,15 +20,13 @@ mod tests;
 use std::fs;
 
 use anyhow::{Context, bail};
+use check::{check, check_interpretations, check_pages, check_summaries};
 use clap::Args;
 use ecss_can_cli::images::support::output;
 use ecss_can_cli::images::support::project::path;
-
-use check::{check, check_interpretations, check_pages, check_summaries};
+pub use requirements::{Summary, summaries};
 use requirements::{Who, clauses, interpretations, requirements};
 use sources::read_all;
-
-pub use requirements::{Summary, summaries};
 pub use tags::{Tag, Target};
 
 /// The page that it writes, from the root of the repository.

@@ -16,12 +16,12 @@ use std::process::Command;
 
 use anyhow::{Context, ensure};
 use clap::{Args, value_parser};
-
-use crate::tool::{Source, Tool};
 use ecss_can_cli::images::support::shard::Shard;
 use ecss_can_cli::images::support::{output, project};
 use outcome::Outcome;
 use sample::Mutant;
+
+use crate::tool::{Source, Tool};
 
 /// Name of the command.
 const COMMAND: &str = "mutants";

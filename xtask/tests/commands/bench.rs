@@ -1,7 +1,8 @@
 //! `bench` on the command line: its file, and reproducible figures.
 
-use serde_json::Value;
 use std::path::Path;
+
+use serde_json::Value;
 
 use crate::XTASK;
 

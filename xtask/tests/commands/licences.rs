@@ -5,8 +5,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-use crate::XTASK;
 use second::programs::fake::{fake, path_without};
+
+use crate::XTASK;
 
 /// PATH has `first` and no other cargo-deny.
 fn run(first: &Path, arguments: &[&str]) -> Output {

@@ -4,9 +4,10 @@
 use std::fs;
 use std::path::Path;
 
+use second::programs::fake::{path_without, script};
+
 use crate::XTASK;
 use crate::docs::{metadata, root};
-use second::programs::fake::{path_without, script};
 
 /// Configurations of cargo-mutants: those of the first step, and those of a second one or of the only one.
 const CONFIGURATIONS: [&[&str]; 2] = [

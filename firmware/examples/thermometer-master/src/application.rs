@@ -6,7 +6,6 @@ use ecss_can::sdo::Error;
 use embassy_futures::join::join;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
-
 use thermometer::{Alarm, Change, Thermometer};
 
 use crate::{Ground, THERMOMETER, is_kept, write_table};

@@ -6,11 +6,10 @@
 
 mod application;
 
+pub use application::{Report, application};
 use ecss_can::prelude::*;
 use ecss_can::sdo::Error;
 use thermometer::{Mode, Thermometer};
-
-pub use application::{Report, application};
 
 /// The thermometer's Node-ID.
 pub const THERMOMETER: NodeId = NodeId::of::<3>();

@@ -5,9 +5,8 @@
 
 mod application;
 
-use ecss_can::prelude::*;
-
 pub use application::{Hardware, application};
+use ecss_can::prelude::*;
 
 /// Profile of the mission, the same in all its nodes.
 pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT }.checked();

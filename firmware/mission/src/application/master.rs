@@ -8,11 +8,7 @@ mod schedule;
 
 use core::future::pending;
 
-use crate::counters::COUNTERS;
-use crate::{
-    COMMAND_PERIOD, CableMeasurement, Command, CommanderObjects, Indicators, REQUEST, Received, Request,
-    SLAVES, TELECOMMAND, TELEMETRY_PERIOD, slot,
-};
+pub use cables::Cables;
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{Master, MasterEvent, SelfTest};
 use ecss_can::pdo::{ReceivedPdo, Sequence};
@@ -21,9 +17,13 @@ use ecss_can::redundancy::{MasterBoards, RoleChange};
 use ecss_can::runner::{EventSource, Handle, MasterHandle, Platform};
 use ecss_can::types::{Address, Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
-
-pub use cables::Cables;
 use schedule::{Schedule, Turn};
+
+use crate::counters::COUNTERS;
+use crate::{
+    COMMAND_PERIOD, CableMeasurement, Command, CommanderObjects, Indicators, REQUEST, Received, Request,
+    SLAVES, TELECOMMAND, TELEMETRY_PERIOD, slot,
+};
 
 /// Object that starts the measurement of a cable when it is written.
 const CABLE_OF: Address = CommanderObjects::CABLE.field(CableMeasurement::NODE).address();

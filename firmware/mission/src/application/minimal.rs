@@ -3,11 +3,12 @@
 //!
 //! One LED each toggles with heartbeats of the master, SYNC and spacecraft time; commands switch the state LED.
 
+use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
+use ecss_can::runner::{EventSource, Handle, MinimalHandle, Platform};
+
 use crate::counters::COUNTERS;
 use crate::minimal::MissionDevice;
 use crate::{Indicators, error, info, warn};
-use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
-use ecss_can::runner::{EventSource, Handle, MinimalHandle, Platform};
 
 /// The application of a minimal slave with device `D` on a platform `P`, with events `E` and indicators `I`.
 pub struct Application<P: Platform, D: MissionDevice, E, I> {

@@ -3,15 +3,16 @@
 //!
 //! One LED each toggles with heartbeats of the master, SYNC and spacecraft time; commands switch another one.
 
+use ecss_can::link::port::{ErrorState, Health};
+use ecss_can::node::{SelfTest, Slave, SlaveEvent};
+use ecss_can::pdo::ReceivedPdo;
+use ecss_can::runner::{EventSource, Handle, Platform, SlaveHandle};
+
 use crate::counters::COUNTERS;
 use crate::{
     Command, Declined, Indicators, Message, MissionObjects, REQUEST, Request, SlaveRecord, TELECOMMAND,
     error, info, warn,
 };
-use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{SelfTest, Slave, SlaveEvent};
-use ecss_can::pdo::ReceivedPdo;
-use ecss_can::runner::{EventSource, Handle, Platform, SlaveHandle};
 
 /// The slave of the mission.
 pub type Node = Slave<MissionObjects>;

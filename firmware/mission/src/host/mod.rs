@@ -28,15 +28,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time;
 
+pub use console::Console;
 use ecss_can::mock::MockSpacecraft;
 use ecss_can::types::{Bus, Instant};
-
-pub use console::Console;
-pub use indicators::PrintedIndicators;
-pub use partner::{master, memory, slave};
-
 use frames::Frames;
+pub use indicators::PrintedIndicators;
 use options::Options;
+pub use partner::{master, memory, slave};
 
 /// Ctrl-C: 128 + SIGINT.
 const INTERRUPTED: u8 = 130;

@@ -19,12 +19,11 @@ mod objects;
 use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalRpdo, Payload, Trigger};
 use ecss_can::pdo::CobIdOf;
 use ecss_can::types::{Duration, Instant, Scet};
+pub use objects::PrototypeObjects;
 
 use super::{MissionDevice, payload, receive, transmit};
 use crate::counters::COUNTERS;
 use crate::{Command, Message, Request, SlaveRecord, Telemetry};
-
-pub use objects::PrototypeObjects;
 
 /// Index of a PDO, from zero.
 const TIME: usize = 0;

@@ -5,7 +5,6 @@ use can_twin::pin::Pin;
 use can_twin::rtt::Level;
 use can_twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use can_twin::wire::time::Time;
-
 use flight::{PYBOARD_V11, bare, parsed};
 
 /// Verifies: ECSS 6.10e

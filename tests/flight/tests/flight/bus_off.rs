@@ -3,7 +3,6 @@
 use can_twin::spacecraft::Bus;
 use can_twin::wire::fault::{Effect, Fault, Nodes};
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// ISO 11898-1: 128 times 11 recessive bits, at 1 Mbit/s on an idle bus.

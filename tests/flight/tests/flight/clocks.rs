@@ -11,7 +11,6 @@ use can_twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 use can_twin::traffic::Traffic;
 use can_twin::wire::time::Time;
 use can_twin::wire::transceiver::Transceiver;
-
 use flight::*;
 
 const PULSE: Pin = Pin::new('B', 1);

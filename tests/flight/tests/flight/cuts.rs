@@ -4,7 +4,6 @@ use std::sync::LazyLock;
 
 use can_twin::spacecraft::Bus;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// Heartbeat period, and the time in which the master detects missing acknowledgements.

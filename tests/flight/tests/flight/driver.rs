@@ -4,7 +4,6 @@
 use can_twin::spacecraft::{Bus, GuestId};
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// Longest frame of 8 bytes: 55 + 10 * 8 bits with stuffing and intermission, at 1 Mbit/s.

@@ -4,7 +4,6 @@ use can_twin::bxcan::Side;
 use can_twin::spacecraft::{Bus, GuestId};
 use can_twin::wire::frame::{WireFrame, WireId};
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// Frames are injected one every 3 ms from here on, in gaps between two rounds of commands.

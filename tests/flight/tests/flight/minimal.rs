@@ -4,7 +4,6 @@ use std::sync::LazyLock;
 
 use can_twin::spacecraft::Bus;
 use can_twin::wire::time::Time;
-
 use flight::minimal::{
     MINIMAL, MIXED_CUT, QUEUEING, SELECTIVE, TELEMETRY_DELAY, assert_slaves_followed, mixed,
 };

@@ -5,7 +5,6 @@ use std::sync::LazyLock;
 use can_twin::spacecraft::{Bus, WireRecord};
 use can_twin::wire::record::Observation;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 const SLAVES: [u8; 3] = [2, 3, 4];

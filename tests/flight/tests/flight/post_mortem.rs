@@ -4,7 +4,6 @@ use can_twin::board::{Fittings, State};
 use can_twin::peripherals::FlashSpeed;
 use can_twin::spacecraft::{Bus, GuestId};
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 const PANIC: u8 = 1;

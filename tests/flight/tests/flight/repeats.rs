@@ -9,7 +9,6 @@ use can_twin::wire::field::Field;
 use can_twin::wire::frame::{WireFrame, WireId};
 use can_twin::wire::record::Observation;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 const COMMAND_TO_TWO: u16 = 0x302;

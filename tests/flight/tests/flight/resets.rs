@@ -3,7 +3,6 @@
 use can_twin::spacecraft::{Bus, Event};
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// Returns the time of the boot-up message of `node` on `bus` after `from`.

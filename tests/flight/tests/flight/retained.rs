@@ -5,7 +5,6 @@
 use can_twin::spacecraft::{Bus, GuestId};
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 const SLAVE: u8 = 3;

@@ -5,7 +5,6 @@ use can_twin::wire::fault::{Fault, Flip, Nodes, Place};
 use can_twin::wire::field::Field;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 const SLAVE: u8 = 2;

@@ -5,7 +5,6 @@ use std::sync::LazyLock;
 
 use can_twin::spacecraft::{BoardId, Bus};
 use can_twin::wire::time::Time;
-
 use flight::standby::*;
 use flight::*;
 

@@ -3,7 +3,6 @@
 use can_twin::bxcan::Side;
 use can_twin::spacecraft::Bus;
 use can_twin::wire::frame::WireFrame;
-
 use flight::*;
 
 fn setup(node: u8, power_on_ms: u64) -> BoardSetup {

@@ -4,6 +4,7 @@ mod behind;
 mod bench;
 mod canopen;
 
+use bench::*;
 use can_twin::wire::controller::{Controller, ErrorCounters, ErrorKind, WireEvent};
 use can_twin::wire::frame::{WireFrame, WireId};
 use can_twin::wire::time::Time;
@@ -16,8 +17,6 @@ use ecss_can::types::{Bus, CobId, Duration, Instant};
 use ecss_can_worlds::clock::MockClock;
 use ecss_can_worlds::port::{MockPort, RECEIVE_DEPTH};
 use futures_util::FutureExt;
-
-use bench::*;
 
 #[test]
 fn nothing_goes_out_before_eleven_recessive_bits() {

@@ -1,6 +1,5 @@
 //! Reactions of the applications to events that nodes of a world rarely report. A script replaces the node's events.
 
-use mission::application::{master, minimal, slave};
 use std::collections::VecDeque;
 use std::future::pending;
 
@@ -16,6 +15,7 @@ use ecss_can::runner::EventSource;
 use ecss_can::time::Step;
 use ecss_can::types::{Address, Bus, CobId, Instant, NmtState, Scet};
 use ecss_can_worlds::{Builder, MockBoard, World};
+use mission::application::{master, minimal, slave};
 use mission::minimal::MinimalMission;
 use mission::{CommanderObjects, MissionObjects, STANDARD};
 

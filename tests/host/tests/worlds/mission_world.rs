@@ -1,6 +1,5 @@
 //! A world of the demonstration mission: its nodes with the applications of the images.
 
-use mission::application::{master, minimal, slave};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -18,6 +17,7 @@ use ecss_can::types::{Instant, NodeId};
 use ecss_can_worlds::task::Task;
 use ecss_can_worlds::{Builder, Events, Handle, MockBoard, NodeKey, World, idle};
 use mission::application::master::Cables;
+use mission::application::{master, minimal, slave};
 use mission::minimal::{MinimalMission, MissionDevice};
 use mission::{
     COMMAND_PERIOD, Command, CommanderObjects, Message, REQUEST, Request, SlaveRecord, TELECOMMAND,

@@ -16,7 +16,6 @@ use model::property::{AGREED, BDEFAULT, CTOGGLE, KNOWN, ONE_ACTIVE, ROLES, SERVE
 use model::watch::Watched;
 use model::world::{Crew, Fault};
 use stateright::{Checker, HasDiscoveries, Model, Property};
-
 use step::Step;
 use table::Table;
 

@@ -3,14 +3,14 @@
 use std::fmt;
 
 use ecss_can::types::{Bus, NmtState};
-use stateright::Path;
-
-use super::step::Step;
 use model::master::Master;
 use model::profile::TICK;
 use model::station::Station;
 use model::watch::Watched;
 use model::world::{Fault, Kind, Message, Report, STATIONS, World};
+use stateright::Path;
+
+use super::step::Step;
 
 /// Names of the nodes.
 const NAMES: [&str; STATIONS] = ["master", "slave 2", "slave 3", "second master"];

@@ -5,7 +5,6 @@ use can_twin::guest::Presence;
 use can_twin::spacecraft::{Bus, GuestId};
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// COB-IDs of the master's frames: a telemetry request, SYNC, the emergency of an error passive controller.

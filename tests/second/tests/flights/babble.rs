@@ -3,7 +3,6 @@
 use can_twin::spacecraft::Bus;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// The consumer time.

@@ -2,7 +2,6 @@
 
 use can_twin::spacecraft::{Bus, GuestId};
 use can_twin::wire::frame::WireFrame;
-
 use flight::*;
 
 const SLAVE: u8 = 3;

@@ -7,9 +7,8 @@
 use can_twin::spacecraft::{Bus, GuestId};
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag, TagEnd};
-
 use flight::*;
+use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag, TagEnd};
 
 const PAGE: &str = include_str!("../../../../docs/bench.md");
 

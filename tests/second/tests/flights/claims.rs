@@ -9,7 +9,6 @@ use can_twin::spacecraft::{Bus, LogRecord};
 use can_twin::wire::fault::Fault;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::standby::{PRIME, SECOND, flight, is_active, setup};
 use flight::*;
 

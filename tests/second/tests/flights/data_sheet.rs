@@ -4,9 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use can_twin::spacecraft::Bus;
-use flight::*;
-
 use flight::minimal::{SETUP, standard};
+use flight::*;
 
 /// A data sheet, used without other knowledge of the device.
 struct Sheet(String);

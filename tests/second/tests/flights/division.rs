@@ -5,7 +5,6 @@ use std::sync::Arc;
 use can_twin::board::EmulatedBoard;
 use can_twin::image::Image;
 use can_twin::wire::time::Time;
-
 use flight::{PYBOARD_V11, STANDARD, bare};
 
 const FLASH: u32 = 0x0800_0000;

@@ -4,7 +4,6 @@ use can_twin::spacecraft::Bus;
 use can_twin::wire::fault::Fault;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 const SLAVE: u8 = 2;

@@ -13,7 +13,6 @@ use can_twin::wire::fault::Fault;
 use can_twin::wire::record::Observation;
 use can_twin::wire::time::Time;
 use ecss_can_cli::images::Package;
-
 use flight::{PYBOARD_V11, bare, parsed};
 
 /// Returns the image of `twin/foreign` that a feature selects.

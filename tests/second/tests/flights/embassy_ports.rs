@@ -6,7 +6,6 @@ use can_twin::wire::fault::Fault;
 use can_twin::wire::frame::{WireFrame, WireId};
 use can_twin::wire::time::Time;
 use ecss_can_cli::images::Package;
-
 use flight::{PYBOARD_V11, bare, parsed};
 
 const HEARTBEAT: u16 = 0x703;

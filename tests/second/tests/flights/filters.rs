@@ -1,7 +1,6 @@
 //! A bit of an acceptance filter flips in a running board (ECSS 6.10d).
 
 use flight::*;
-
 use flight::{minimal, standby};
 
 /// Registers of the filters, from those of CAN1 on. CAN_FMR: bit 0 is FINIT, bits 8 to 13 the first bank of CAN2.

@@ -2,7 +2,6 @@
 
 use can_twin::spacecraft::Bus;
 use can_twin::wire::frame::WireFrame;
-
 use flight::*;
 
 /// Returns a flight with the master and slave 2. If the master counted a second node, the silence of one would be the

@@ -2,9 +2,8 @@
 
 use can_twin::board::{BoardConfig, Counters, EmulatedBoard, Registers};
 use can_twin::crystal::Crystal;
-use can_twin::wire::fault::Fault;
-
 use can_twin::spacecraft::Bus;
+use can_twin::wire::fault::Fault;
 use flight::*;
 
 const RAM: u32 = 0x2000_0000;

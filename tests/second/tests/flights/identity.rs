@@ -3,7 +3,6 @@
 use can_twin::pin::Pin;
 use can_twin::spacecraft::Bus;
 use can_twin::wire::frame::WireFrame;
-
 use flight::*;
 
 /// The strap of maintenance mode, and those of the Node-ID with parity (docs/wiring.md).

@@ -6,7 +6,6 @@ use can_twin::spacecraft::{Bus, GuestId};
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::record::Observation;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// EMCY code 8150h, CAN-ID collision, as on the wire.

@@ -3,7 +3,6 @@
 use can_twin::pin::Pin;
 use can_twin::spacecraft::Bus;
 use can_twin::wire::time::Time;
-
 use flight::*;
 use flight::{minimal, standby};
 

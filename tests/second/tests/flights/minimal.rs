@@ -8,7 +8,6 @@ use std::sync::LazyLock;
 use can_twin::spacecraft::Bus;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::minimal::*;
 use flight::*;
 

@@ -2,7 +2,6 @@
 
 use can_twin::spacecraft::Bus;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// Slave 2 to the left of the master, slave 4 far to the right.

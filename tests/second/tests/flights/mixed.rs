@@ -4,7 +4,6 @@ use std::sync::LazyLock;
 
 use can_twin::spacecraft::Bus;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 const CUT: Time = Time::from_ms(2013);

@@ -12,7 +12,6 @@ use can_twin::spacecraft::Bus;
 use can_twin::wire::fault::Fault;
 use can_twin::wire::record::Observation;
 use can_twin::wire::time::Time;
-
 use flight::minimal::minimal_image;
 use flight::*;
 

@@ -6,7 +6,6 @@ use can_twin::board::{BoardConfig, Edge, EmulatedBoard};
 use can_twin::crystal::Crystal;
 use can_twin::pin::Pin;
 use can_twin::wire::time::Time;
-
 use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed, words};
 
 const PIN: Pin = Pin::new('B', 1);

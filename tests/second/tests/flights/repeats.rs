@@ -1,7 +1,6 @@
 //! Masters that restart: no command is lost, and none is executed twice.
 
 use can_twin::spacecraft::BoardId;
-
 use flight::*;
 
 /// Flies on for a second. The next command to slave 15 comes from board `sender` and is equal to the first one; each command is executed.

@@ -3,7 +3,6 @@
 use can_twin::spacecraft::{Bus, GuestId};
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// Returns the answer of the master when the guest reads 1001h, or 1003h sub 1.

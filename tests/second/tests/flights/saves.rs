@@ -6,7 +6,6 @@ use can_twin::spacecraft::{Bus, GuestId};
 use can_twin::traffic::Traffic;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 const NODES: [u8; 3] = [1, 2, 3];

@@ -8,7 +8,6 @@ use can_twin::rtt::Level;
 use can_twin::spacecraft::{Bus, Spacecraft, SpacecraftConfig};
 use can_twin::wire::fault::Fault;
 use can_twin::wire::time::Time;
-
 use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed};
 
 const BOARDS: [&str; 3] = [PYBOARD_V11, NUCLEO_F446RE, STM32F4DISCOVERY];

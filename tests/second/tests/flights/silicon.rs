@@ -7,7 +7,6 @@ use can_twin::pin::Pin;
 use can_twin::spacecraft::Bus;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// Given a slave whose HSE does not start, when it is powered, then it stays on HSI and off both buses, logs that, and

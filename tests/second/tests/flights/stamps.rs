@@ -7,7 +7,6 @@ use can_twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use can_twin::stamps::{Counts, Disturbance, Outcome, Trial};
 use can_twin::wire::time::Time;
 use ecss_can_cli::images::support::diagnostics::Diagnostics;
-
 use flight::*;
 
 const SYNC: u16 = 0x080;

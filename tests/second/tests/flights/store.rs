@@ -9,7 +9,6 @@ use can_twin::board::{Defect, EmulatedBoard, Remains, State};
 use can_twin::model::FLASH_BASE;
 use can_twin::pin::Pin;
 use can_twin::wire::time::Time;
-
 use flight::{NUCLEO_F446RE, PYBOARD_V11, STM32F4DISCOVERY, bare, parsed, words};
 
 const BOARDS: [&str; 3] = [PYBOARD_V11, NUCLEO_F446RE, STM32F4DISCOVERY];

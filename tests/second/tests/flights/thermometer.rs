@@ -5,7 +5,6 @@ use std::sync::LazyLock;
 use can_twin::devices::Lm75;
 use can_twin::spacecraft::Bus;
 use ecss_can_cli::images::Package;
-
 use flight::*;
 
 const THERMOMETER: u8 = 3;

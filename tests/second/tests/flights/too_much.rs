@@ -3,7 +3,6 @@
 use can_twin::spacecraft::Bus;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
-
 use flight::*;
 
 /// Lets a guest on the nominal bus send this frame every `period_us` from 2 s to 4 s.

@@ -3,7 +3,6 @@
 //! Profile `standard`: a dwell is 10 s. Profile `librecube`: twice Ttoggle consumer times and two heartbeats, 25.5 s.
 
 use can_twin::spacecraft::Bus;
-
 use flight::*;
 
 /// Returns the master and slaves 2, 3, … The master is powered `power_on_ms` after the slaves' zero.

@@ -2,9 +2,6 @@
 
 use std::sync::{Arc, LazyLock, OnceLock};
 
-use crate::images::support::board::{Board, Profile};
-use crate::images::support::fleet::{self, image};
-use crate::images::support::node::{MASTER, SECOND_MASTER};
 use can_twin::board::{BoardConfig, Fittings};
 use can_twin::crystal::Crystal;
 use can_twin::guest::Presence;
@@ -14,7 +11,10 @@ use can_twin::wire::time::Time;
 use ecss_can::types::{Bus, PerBus};
 
 use super::there;
-use crate::campaign::script::{SPACING, SPARE, Script};
+use crate::campaign::script::{SECOND_BOARD, SPACING, Script};
+use crate::images::support::board::{Board, Profile};
+use crate::images::support::fleet::{self, image};
+use crate::images::support::node::{MASTER, SECOND_MASTER};
 
 static BOARD: LazyLock<Board> = LazyLock::new(|| Board::shipped(Board::DEFAULT));
 /// Greatest error of a crystal in parts per million.
@@ -54,11 +54,11 @@ pub fn spacecraft(script: &Script) -> (Spacecraft, PerBus<GuestId>) {
     let [master, slave] = images(script.masters).0.get().expect("images of master and slave");
     let mut random = fastrand::Rng::with_seed(script.seed);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    let second = (script.masters == 2).then_some(SPARE);
+    let second = (script.masters == 2).then_some(SECOND_BOARD);
     for node in (1..=script.slaves + 1).chain(second) {
         let (name, image, board) = match node {
             1 => ("node 1".into(), master, MASTER),
-            SPARE => ("second master".into(), master, SECOND_MASTER),
+            SECOND_BOARD => ("second master".into(), master, SECOND_MASTER),
             _ => (format!("node {node}"), slave, node),
         };
         spacecraft.add_board(BoardConfig {

@@ -1,11 +1,12 @@
 //! Commands executed by a board, and its failures.
 
-use crate::images::support::counters::Counters;
 use can_twin::board::{EmulatedBoard, State};
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
 use ecss_can::types::NodeId;
 use ecss_can_worlds::NodeKey;
+
+use crate::images::support::counters::Counters;
 
 /// Lifetime of a command. After it equal bytes are a new command.
 const LIFETIME: Time = Time::from_ms(100);

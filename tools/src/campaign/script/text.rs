@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::ValueEnum;
 use ecss_can::types::Bus;
 
-use super::{Fault, NOBODY, SECOND, SPARE, Script};
+use super::{Fault, SECOND, SECOND_BOARD, Script, UNUSED_NODE};
 use crate::campaign::kind::Kind;
 
 fn bus_name(bus: Bus) -> &'static str {
@@ -23,7 +23,7 @@ impl fmt::Display for Script {
         let (end, masters) = match self.masters {
             1 => (String::new(), String::new()),
             count => (
-                format!("; node {SPARE}: second master, at {}", self.place(SPARE)),
+                format!("; node {SECOND_BOARD}: second master, at {}", self.place(SECOND_BOARD)),
                 format!(" masters={count}"),
             ),
         };
@@ -171,18 +171,18 @@ fn read_fault(word: &str, pairs: &Pairs<'_>, script: &Script) -> Result<Fault, S
             return Err(format!("`{}`: bus={other}, allowed are nominal and redundant", pairs.line));
         }
     };
-    let last = if kind == Kind::UnknownNode { NOBODY } else { script.slaves + 1 };
+    let last = if kind == Kind::UnknownNode { UNUSED_NODE } else { script.slaves + 1 };
     let is_second = script.masters == 2 && pairs.text("node") == Some("128");
-    let node = if is_second { SPARE } else { pairs.number("node", last.into())? as u8 };
+    let node = if is_second { SECOND_BOARD } else { pairs.number("node", last.into())? as u8 };
     let (needs_slave, needs_node) = (
         matches!(kind, Kind::ResetSlave | Kind::PowerSlave | Kind::Clash),
         matches!(kind, Kind::Disconnect | Kind::Stuck | Kind::Babble | Kind::Drift),
     );
-    let is_slave = node >= 2 && node != SPARE;
-    if needs_slave && !is_slave || needs_node && node < 1 || kind.is_foreign() && node == SPARE {
+    let is_slave = node >= 2 && node != SECOND_BOARD;
+    if needs_slave && !is_slave || needs_node && node < 1 || kind.is_foreign() && node == SECOND_BOARD {
         return Err(format!("`{}`: node={node} is not possible for this fault", pairs.line));
     }
-    let is_master = matches!(kind, Kind::ResetMaster | Kind::PowerMaster) && node != SPARE;
+    let is_master = matches!(kind, Kind::ResetMaster | Kind::PowerMaster) && node != SECOND_BOARD;
     let is_master = is_master || kind == Kind::ForeignMaster;
     Ok(Fault {
         at: pairs.number("at", HOUR_US)?,

@@ -27,17 +27,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-use crate::images::support::misuse::Misuse;
-use crate::images::support::output::{self, Silently};
-use crate::images::support::project;
-use crate::images::support::shard::{self, Part, Run, Shard};
-use crate::images::support::stop::Stop;
 use anyhow::bail;
 use choice::{Draw, choose};
 use outcome::Outcome;
 use place::{Place, Upset};
 use results::{Asked, Results};
 use world::World;
+
+use crate::images::support::misuse::Misuse;
+use crate::images::support::output::{self, Silently};
+use crate::images::support::project;
+use crate::images::support::shard::{self, Part, Run, Shard};
+use crate::images::support::stop::Stop;
 
 /// Name of the command in its parts.
 const COMMAND: &str = "campaign upsets";

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::images::support::counters::Counters;
 use can_twin::spacecraft::{Bus, Spacecraft};
 use can_twin::wire::frame::WireId;
 use can_twin::wire::record::Observation;
@@ -10,6 +9,7 @@ use can_twin::wire::time::Time;
 use ecss_can::types::Scet;
 
 use super::grid;
+use crate::images::support::counters::Counters;
 
 /// NMT state Operational in a heartbeat.
 const OPERATIONAL: u8 = 5;

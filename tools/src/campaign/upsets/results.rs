@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::images::support::shard::Run;
 use serde::{Deserialize, Serialize};
 
 use super::fly::Flown;
 use super::outcome::Outcome;
 use super::place::{Place, Upset};
+use crate::images::support::shard::Run;
 
 /// Parameters of a campaign: they and the commit determine its results.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -11,9 +11,6 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use crate::images::support::board::{Board, Profile};
-use crate::images::support::fleet::{self, image};
-use crate::images::support::node::{MASTER, SECOND_MASTER};
 use anyhow::Context;
 use can_twin::board::{BoardConfig, Fittings, StateRegister, Uses};
 use can_twin::crystal::Crystal;
@@ -26,6 +23,9 @@ use can_twin::wire::time::Time;
 use super::grid;
 use super::places::Places;
 use super::record::Record;
+use crate::images::support::board::{Board, Profile};
+use crate::images::support::fleet::{self, image};
+use crate::images::support::node::{MASTER, SECOND_MASTER};
 
 /// End of the judged time, 12 to 13 s after an upset, microseconds. The probe follows. With a slave with selective access, which needs
 /// 12.5 s to find the master after a change of the bus, flights that are not healthy then are judged again 16 s later.

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::images::support::node::Node;
 use can_twin::wire::frame::WireFrame;
 
 use super::{Level, Payload};
+use crate::images::support::node::Node;
 
 /// Faults of one bus. Positions are metres from the master's end.
 #[derive(Debug, Default)]

@@ -5,17 +5,17 @@ mod damage;
 pub mod load;
 mod status;
 
-pub use act::Operator;
-
 use std::fmt;
 use std::str::FromStr;
 
-use crate::images::support::node::Node;
+pub use act::Operator;
 use can_twin::spacecraft::Bus;
 use can_twin::wire::frame::{WireFrame, WireId};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::images::support::node::Node;
 
 /// One line.
 #[derive(Debug, Parser)]

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::images::support::node::Node;
 use can_twin::bxcan::Side;
 use can_twin::spacecraft::{BoardId, Bus, Spacecraft, WireRecord};
 use can_twin::wire::record::Observation;
 use can_twin::wire::time::Time;
 
 use crate::fly::meaning::{Meaning, NmtState, Scope};
+use crate::images::support::node::Node;
 
 /// The last heartbeat of each node.
 #[derive(Debug, Default)]

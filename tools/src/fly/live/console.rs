@@ -7,12 +7,13 @@ use std::io::{self, BufRead, IsTerminal, Write};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
-use crate::images::support::output;
-use crate::images::support::stop::Stop;
 use futures_executor::block_on;
 use rustix::process::getpgrp;
 use rustix::termios::{OptionalActions, Termios, tcgetattr, tcgetpgrp, tcsetattr};
 use rustyline_async::{Readline, ReadlineEvent, SharedWriter};
+
+use crate::images::support::output;
+use crate::images::support::stop::Stop;
 
 /// Terminal or pipe of the user.
 pub struct Console {

@@ -22,6 +22,13 @@ use can_twin::rtt::Level;
 use can_twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig};
 use can_twin::wire::time::Time;
 use can_twin::wire::timing::BitTiming;
+use console::Console;
+use control::ControlPort;
+use network::{Network, kbit};
+pub use options::Options;
+use pace::{LagReporter, Pace};
+use port::OfferedBus;
+use recording::Recording;
 
 use crate::fly::command::Operator;
 use crate::fly::plan;
@@ -30,13 +37,6 @@ use crate::images::support::misuse::Misuse;
 use crate::images::support::node::{MASTER, Node, SECOND_MASTER};
 use crate::images::support::output::{note, warn};
 use crate::images::support::stop::Stop;
-use console::Console;
-use control::ControlPort;
-use network::{Network, kbit};
-pub use options::Options;
-use pace::{LagReporter, Pace};
-use port::OfferedBus;
-use recording::Recording;
 
 /// Longest interval between serving the sockets, in virtual time, which runs no faster than real time.
 const STEP: Time = Time::from_us(500);

@@ -16,6 +16,8 @@ use can_twin::description;
 use can_twin::model::Part;
 use can_twin::wire::time::Time;
 use clap::ValueEnum;
+use schema::File;
+use source::Source;
 use toml::{Spanned, Value};
 
 use super::criterion::{Criterion, Must};
@@ -24,8 +26,6 @@ use super::options::{CutAt, Options, SECONDS};
 use crate::images::support::board::{Board, Profile};
 use crate::images::support::misuse::Misuse;
 use crate::images::support::node::{LAST, MASTER};
-use schema::File;
-use source::Source;
 
 /// Allowed times of criteria, seconds.
 const TIMES: std::ops::RangeInclusive<f64> = 0.0..=3_600.0;

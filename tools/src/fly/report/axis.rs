@@ -1,7 +1,8 @@
 //! The time axis that all pictures of a flight share.
 
-use crate::fly::drawing::{Layout, Picture, Range, Scale};
 use can_twin::wire::time::Time;
+
+use crate::fly::drawing::{Layout, Picture, Range, Scale};
 
 /// Maps a window of virtual time to positions in a picture.
 #[derive(Clone, Copy, Debug)]

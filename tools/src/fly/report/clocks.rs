@@ -1,13 +1,13 @@
 //! Errors of the slaves' clocks against the master's: a line over time and a histogram for each slave.
 
-use crate::fly::drawing::histogram::{self, Row};
-use crate::fly::drawing::{Layout, Picture, Range, Scale, chart, key};
 use can_twin::pulses::{Errors, Sample};
 use can_twin::wire::time::Time;
 
 use super::SHEETS;
 use super::axis::Axis;
 use super::faults::Marks;
+use crate::fly::drawing::histogram::{self, Row};
+use crate::fly::drawing::{Layout, Picture, Range, Scale, chart, key};
 use crate::fly::flight::Flight;
 use crate::fly::narrator::name;
 

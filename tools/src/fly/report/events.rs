@@ -1,5 +1,7 @@
 //! Tables of emergencies and of other events, in chronological order.
 
+use maud::{Markup, html};
+
 use super::instant;
 use super::tables::{bounded, cards, number, plain};
 use crate::fly::emergencies::EqualEmergencies;
@@ -7,7 +9,6 @@ use crate::fly::flight::Flight;
 use crate::fly::line::{Line, Topic};
 use crate::fly::narrator::name;
 use crate::fly::summary::Summary;
-use maud::{Markup, html};
 
 /// All emergency messages: equal ones of a node are one row.
 pub fn emergencies(summary: &Summary) -> Markup {

@@ -1,9 +1,8 @@
 //! Marks of the faults that the demo caused, in a picture of one plot.
 
+use super::axis::Axis;
 use crate::fly::drawing::Picture;
 use crate::fly::drawing::labels::{self, Label};
-
-use super::axis::Axis;
 use crate::fly::flight::Flight;
 
 /// Lines of the faults and their names above the plot.

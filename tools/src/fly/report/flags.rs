@@ -1,13 +1,13 @@
 //! Flags of a timeline: lines through the lanes at a cut, at the loss of a master and at the reactions, with texts
 //! above them.
 
-use crate::fly::drawing::labels::{self, Label};
-use crate::fly::drawing::{Picture, text_width};
 use can_twin::wire::time::Time;
 
 use super::axis::Axis;
 use super::kind::Kind;
 use super::lanes::{Lanes, lane_title};
+use crate::fly::drawing::labels::{self, Label};
+use crate::fly::drawing::{Picture, text_width};
 use crate::fly::flight::Flight;
 use crate::fly::narrator::name;
 use crate::fly::record::{Bus, MASTER, Node};

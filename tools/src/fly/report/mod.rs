@@ -13,6 +13,8 @@ mod tables;
 mod timeline;
 mod values;
 
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
 use crate::fly::change::Since;
 use crate::fly::curves::ValueCurve;
 use crate::fly::drawing::paint::{self, BASE, Sheet};
@@ -23,7 +25,6 @@ use crate::fly::plan::BusAccess;
 use crate::fly::record::Bus;
 use crate::fly::summary::Summary;
 use crate::images::support::board::Profile;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const PAGE_STYLE: &str = include_str!("page.css");
 

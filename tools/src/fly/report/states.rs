@@ -1,11 +1,11 @@
 //! States of all nodes over time: a bar per node, coloured by state, underlined by bus.
 
-use crate::fly::drawing::{LETTERS, Layout, Picture, text_width};
 use can_twin::wire::time::Time;
 
 use super::SHEETS;
 use super::axis::Axis;
 use super::faults::Marks;
+use crate::fly::drawing::{LETTERS, Layout, Picture, text_width};
 use crate::fly::flight::Flight;
 use crate::fly::narrator::name;
 

@@ -1,14 +1,14 @@
 //! The tables of a report.
 
-use super::duration;
-use super::instant;
-use super::kind::Kind;
+use std::collections::BTreeMap;
+
 use can_twin::pulses::Errors;
 use can_twin::wire::time::Time;
 use maud::{Markup, html};
 
-use std::collections::BTreeMap;
-
+use super::duration;
+use super::instant;
+use super::kind::Kind;
 use crate::fly::aborted::AbortedFrames;
 use crate::fly::checks::CheckResult;
 use crate::fly::flight::Flight;

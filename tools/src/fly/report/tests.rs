@@ -1,10 +1,11 @@
+use can_twin::wire::time::Time;
+
 use super::*;
 use crate::fly::curves::ValueCurve;
 use crate::fly::drawing::Picture;
 use crate::fly::pdos::{SheetName, Sheets};
 use crate::fly::sample;
 use crate::fly::verdict::{Outcome, Verdict};
-use can_twin::wire::time::Time;
 
 fn rendered(flight: &Flight) -> String {
     page(flight, &[], &sample::summary(flight))

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use crate::fly::drawing::{Layout, Picture};
 use can_twin::wire::time::Time;
 
 use super::SHEETS;
@@ -11,6 +10,7 @@ use super::flags::Flags;
 use super::kind::Kind;
 use super::lanes::{Lanes, ROW, lane, lane_title};
 use crate::fly::change::Since;
+use crate::fly::drawing::{Layout, Picture};
 use crate::fly::flight::Flight;
 use crate::fly::record::Bus;
 

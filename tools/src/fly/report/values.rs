@@ -3,14 +3,13 @@
 use can_twin::wire::time::Time;
 use maud::{Markup, PreEscaped, html};
 
+use super::SHEETS;
+use super::axis::Axis;
+use super::faults::Marks;
 use crate::fly::curves::ValueCurve;
 use crate::fly::drawing::{Layout, Picture, Range, Scale};
 use crate::fly::flight::Flight;
 use crate::fly::narrator::name;
-
-use super::SHEETS;
-use super::axis::Axis;
-use super::faults::Marks;
 
 /// Greatest number of charts.
 const CHARTS: usize = 12;

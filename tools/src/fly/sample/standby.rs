@@ -3,6 +3,8 @@
 //! 40 s. The standby is reset at 5 s. The nominal bus is cut between the slaves at 10 s, and the active master moves to the redundant
 //! one 1.2 s later. It loses its power at 20 s; the other master takes over 399 ms after its last heartbeat.
 
+use can_twin::wire::time::Time;
+
 use super::{at, frame};
 use crate::fly::fault::{Cause, Fault};
 use crate::fly::flight::{BoardCount, Flight};
@@ -10,7 +12,6 @@ use crate::fly::plan::{BoardPlan, Plan};
 use crate::fly::record::{Bus, CutPlan, FlightEvent, MASTER, Node, Occurrence, SECOND_MASTER};
 use crate::images::support::board::Profile;
 use crate::images::support::counters::Counters;
-use can_twin::wire::time::Time;
 
 const RESET_MS: u64 = 5_000;
 const CUT_MS: u64 = 10_000;

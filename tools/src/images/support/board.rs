@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::images::BoardCrate;
 use can_twin::description::{self, Description};
 use can_twin::model::{Model, Oscillator, Part};
 use can_twin::pin::Pin;
 use clap::{Args, ValueEnum};
 
+use crate::images::BoardCrate;
 use crate::images::support::misuse::Misuse;
 use crate::images::support::node::SECOND_MASTER;
 use crate::images::support::project;

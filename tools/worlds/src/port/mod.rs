@@ -21,13 +21,12 @@ use can_twin::wire::timing::BitTiming;
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, Mailbox, PortEvent};
 use ecss_can::types::Frame;
-
-use crate::clock::MockClock;
 use faults::Faults;
 use mailbox::{MAILBOXES, Mailboxes};
-
 pub(crate) use missed::Missed;
 pub use one::{BoardPort, MockSide, MockSwitch, one_controller};
+
+use crate::clock::MockClock;
 
 /// Received frames that wait for the task; more are lost and counted.
 pub const RECEIVE_DEPTH: usize = 16;

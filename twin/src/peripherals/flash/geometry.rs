@@ -5,9 +5,8 @@
 
 use std::ops::Range;
 
-use crate::wire::time::Time;
-
 use crate::part::Part;
+use crate::wire::time::Time;
 
 const KIB: u32 = 1 << 10;
 /// Four sectors of 16 KiB, one of 64 KiB, then only 128 KiB: in each bank.

@@ -13,14 +13,13 @@ mod upset;
 
 use std::ops::Range;
 
-use crate::wire::time::Time;
-
 pub use geometry::FlashSpeed;
+use options::Options;
 
 use crate::accelerator::{DCEN, DCRST, ICEN, ICRST, LATENCY};
 use crate::mmio::{Refusal, Width};
 use crate::part::{Family, Part};
-use options::Options;
+use crate::wire::time::Time;
 
 pub const ACR: u32 = 0x00;
 const KEYR: u32 = 0x04;

@@ -4,9 +4,10 @@ mod bus;
 #[cfg(test)]
 mod tests;
 
+pub use bus::I2c;
+
 use super::Clocks;
 use crate::devices::I2cDevice;
-pub use bus::I2c;
 
 /// NVIC inputs of I2C1 to I2C3, event and error (RM0090 table 61).
 const IRQS: [[u16; 2]; 3] = [[31, 32], [33, 34], [72, 73]];

@@ -16,8 +16,9 @@ mod output;
 mod tests;
 mod upset;
 
-use crate::mmio::{Refusal, Width};
 use counter::Counter;
+
+use crate::mmio::{Refusal, Width};
 
 const CR1: u32 = 0x00;
 const CR2: u32 = 0x04;

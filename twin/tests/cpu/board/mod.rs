@@ -4,7 +4,6 @@ mod memory;
 mod registers;
 
 use can_twin::cpu::{Bus, BusError, Config, Core, Registers, Step, Stop, Width};
-
 pub use memory::{Memory, Piece, Random};
 pub use registers::*;
 

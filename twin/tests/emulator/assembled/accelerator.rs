@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use super::programs::*;
 use can_twin::board::{BoardConfig, Defect, EmulatedBoard, Fittings, FlashTiming};
 use can_twin::image::Image;
 use can_twin::mmio::Refusal;
 use can_twin::wire::time::Time;
+
+use super::programs::*;
 
 const PRFTEN: u32 = 1 << 8;
 const ICEN: u32 = 1 << 9;

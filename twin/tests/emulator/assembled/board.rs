@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::programs::*;
 use can_twin::board::{BoardConfig, EmulatedBoard, State};
 use can_twin::crystal::Crystal;
 use can_twin::image::Symbol;
@@ -11,6 +10,8 @@ use can_twin::model::Model;
 use can_twin::peripherals::PinChange;
 use can_twin::pin::Pin;
 use can_twin::wire::time::Time;
+
+use super::programs::*;
 
 /// Returns a program that toggles PB4 at every update of TIM2, once per millisecond of the board's own time, and sleeps
 /// in between.

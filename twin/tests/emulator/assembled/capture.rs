@@ -1,11 +1,12 @@
 //! Edges of CAN_RX through TIM5 and DMA1 into a ring in RAM, and the watchdog: one board each.
 
-use super::programs::*;
 use can_twin::board::{BoardConfig, EmulatedBoard, Fittings, State};
 use can_twin::bxcan::Side;
 use can_twin::crystal::Crystal;
 use can_twin::mmio::Refusal;
 use can_twin::wire::time::Time;
+
+use super::programs::*;
 
 const STREAM2: u32 = DMA1 + 0x40;
 /// Two rings of four words.

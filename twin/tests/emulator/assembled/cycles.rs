@@ -1,8 +1,9 @@
 //! Cycles that a program sees, against figures that ARM publishes for the Cortex-M4 (DDI 0439) with memory without wait states.
 
-use super::programs::*;
 use can_twin::board::{BoardConfig, Fittings, FlashTiming};
 use can_twin::wire::time::Time;
+
+use super::programs::*;
 
 /// Pends interrupts 0 to 31.
 const ISPR0: u32 = 0xE000_E200;

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::programs::*;
 use can_twin::board::{BoardConfig, EmulatedBoard, Fittings, Remains, State};
 use can_twin::bxcan::Side;
 use can_twin::image::Image;
@@ -11,6 +10,8 @@ use can_twin::peripherals::FlashSpeed;
 use can_twin::pin::Pin;
 use can_twin::spacecraft::{BoardId, Bus, Spacecraft};
 use can_twin::wire::time::Time;
+
+use super::programs::*;
 
 fn erase() -> Vec<u16> {
     [store(FLASH_CR, ERASE), wait_for_clear(FLASH_SR, BSY)].concat()

@@ -1,11 +1,12 @@
 //! A pulse at a pin, started by TIM5 and output by TIM3, and the true instants of its edges.
 
-use super::programs::*;
 use can_twin::board::{BoardConfig, Edge, EmulatedBoard};
 use can_twin::crystal::Crystal;
 use can_twin::mmio::Refusal;
 use can_twin::pin::Pin;
 use can_twin::wire::time::Time;
+
+use super::programs::*;
 
 const PULSE: Pin = Pin::new('B', 1);
 

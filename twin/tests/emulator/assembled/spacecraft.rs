@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::programs::*;
 use can_twin::board::{BoardConfig, State};
 use can_twin::bxcan::Side;
 use can_twin::crystal::Crystal;
@@ -12,6 +11,8 @@ use can_twin::wire::fault::Fault;
 use can_twin::wire::frame::{WireFrame, WireId};
 use can_twin::wire::record::Observation;
 use can_twin::wire::time::Time;
+
+use super::programs::*;
 
 const PING: u32 = 0x1122_3344;
 const PONG: u32 = 0x5566_7788;

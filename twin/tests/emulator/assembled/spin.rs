@@ -1,8 +1,9 @@
 //! A program that branches to itself: its iterations are skipped, with the same result as if they had been executed.
 
-use super::programs::*;
 use can_twin::board::{Counters, Registers};
 use can_twin::wire::time::Time;
+
+use super::programs::*;
 
 const END: Time = Time::from_ms(3);
 

@@ -1,11 +1,12 @@
 //! Upsets of a board: bits of timers, clocks, watchdog, core and memory, and what the program makes of them.
 
-use super::board::blinker;
-use super::programs::*;
 use can_twin::board::{CoreRegister, EmulatedBoard, State, Use};
 use can_twin::mmio::Refusal;
 use can_twin::spacecraft::{BoardId, Spacecraft, SpacecraftConfig};
 use can_twin::wire::time::Time;
+
+use super::board::blinker;
+use super::programs::*;
 
 const RCC_APB1RSTR: u32 = RCC + 0x20;
 const RCC_APB1LPENR: u32 = RCC + 0x60;

@@ -13,11 +13,8 @@
 //!   first frame on the other one; in the flight of `cargo demo`.
 
 use anyhow::Context as _;
-use can_twin::wire::time::Time;
-
-use crate::bench::context::{Context, milliseconds};
-use crate::bench::row::Row;
 use can_twin::spacecraft::Bus;
+use can_twin::wire::time::Time;
 use ecss_can_cli::fly::Options;
 use ecss_can_cli::fly::fault::{Cause, Fault};
 use ecss_can_cli::fly::flight::Flight;
@@ -25,6 +22,9 @@ use ecss_can_cli::fly::meaning::Meaning;
 use ecss_can_cli::fly::plan::Plan;
 use ecss_can_cli::fly::record::{CutPlan, MASTER, Node, Seen};
 use ecss_can_cli::images::support::board::Profile;
+
+use crate::bench::context::{Context, milliseconds};
+use crate::bench::row::Row;
 
 /// Heartbeat period of the profile `librecube`. Its consumer time and Ttoggle follow.
 const HEARTBEAT_MS: f64 = 250.0;
@@ -155,8 +155,9 @@ fn behind_the_first_slave(plan: &Plan) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use ecss_can_cli::fly::sample;
+
+    use super::*;
 
     #[test]
     fn times_are_taken_from_the_frames() {

@@ -6,11 +6,11 @@
 
 use can_twin::spacecraft::Bus;
 use can_twin::wire::time::Time;
+use ecss_can_cli::images::support::board::Profile;
 
 use crate::bench::context::Context;
 use crate::bench::rig::{MASTER_BEATS, Rig};
 use crate::bench::row::Row;
-use ecss_can_cli::images::support::board::Profile;
 
 /// The slave with selective access in the profile `librecube`.
 const SLAVE: u8 = 4;

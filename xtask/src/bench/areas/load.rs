@@ -9,11 +9,11 @@
 use can_twin::board::FlashTiming;
 use can_twin::spacecraft::Bus;
 use can_twin::wire::time::Time;
+use ecss_can_cli::images::support::board::Profile;
 
 use crate::bench::context::Context;
 use crate::bench::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::bench::row::Row;
-use ecss_can_cli::images::support::board::Profile;
 
 /// Random frames on each bus: 10 s of them at 117 bits, their mean length with stuff bits and intermission.
 const FRAMES: u64 = 85_500;

@@ -20,10 +20,9 @@ mod time;
 mod twin;
 mod wire;
 
+use ecss_can_cli::images::support::needs::{Need, VALGRIND};
 pub use size::biggest_symbols;
 pub use time::clock_errors;
-
-use ecss_can_cli::images::support::needs::{Need, VALGRIND};
 
 use super::context::Context;
 use super::row::Row;

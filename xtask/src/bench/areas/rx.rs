@@ -15,12 +15,12 @@ use can_twin::spacecraft::Bus;
 use can_twin::wire::encode::encode;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
+use ecss_can_cli::images::support::board::Profile;
 
 use crate::bench::context::Context;
 use crate::bench::rig::{FLASH_TIMINGS, Rig};
 use crate::bench::row::Row;
 use crate::bench::sweep::series;
-use ecss_can_cli::images::support::board::Profile;
 
 /// Number of measured commands.
 const COMMANDS: u32 = 1_000;

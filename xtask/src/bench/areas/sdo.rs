@@ -18,11 +18,11 @@ use can_twin::wire::time::Time;
 use ecss_can::sdo::Mode;
 use ecss_can::sdo::machine::{Client, Payload};
 use ecss_can::types::{Address, Duration, Instant};
+use ecss_can_cli::images::support::board::Profile;
 
 use crate::bench::context::Context;
 use crate::bench::rig::{MASTER_BEATS, Rig};
 use crate::bench::row::Row;
-use ecss_can_cli::images::support::board::Profile;
 
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;

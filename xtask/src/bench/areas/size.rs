@@ -6,18 +6,18 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use ecss_can_cli::images::LOG;
-
-use crate::bench::context::{Context, FLOWN};
-use crate::bench::row::Row;
-use crate::bench::share::{self, PROTOCOL};
 use ecss_can_cli::fly::Options;
 use ecss_can_cli::fly::flight::BoardCount;
 use ecss_can_cli::fly::plan::Plan;
 use ecss_can_cli::fly::record::MASTER;
+use ecss_can_cli::images::LOG;
 use ecss_can_cli::images::support::board::Board;
 use ecss_can_cli::images::support::board::Profile;
 use ecss_can_cli::images::support::elf::{Facts, Memory, Symbol};
+
+use crate::bench::context::{Context, FLOWN};
+use crate::bench::row::Row;
+use crate::bench::share::{self, PROTOCOL};
 
 /// Budgets of the slaves: the whole image, its variables.
 const SLAVE: [u64; 2] = [72 * 1024, 16 * 1024];

@@ -9,12 +9,12 @@ use can_twin::crystal::Crystal;
 use can_twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use can_twin::stamps::{Counts, Disturbance, Outcome, Trial};
 use can_twin::wire::time::Time;
-
-use crate::bench::context::{Context, FLOWN, board};
-use crate::bench::row::Row;
 use ecss_can_cli::images::support::board::Profile;
 use ecss_can_cli::images::support::diagnostics::Diagnostics;
 use ecss_can_cli::images::support::fleet;
+
+use crate::bench::context::{Context, FLOWN, board};
+use crate::bench::row::Row;
 
 const SYNC: u16 = 0x080;
 /// SYNC period of the profile `standard`.

@@ -11,13 +11,13 @@ use can_twin::spacecraft::Bus;
 use can_twin::wire::encode::encode;
 use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
+use ecss_can_cli::images::support::board::Profile;
+use ecss_can_cli::images::support::diagnostics::Stamps;
 
 use crate::bench::context::Context;
 use crate::bench::rig::Rig;
 use crate::bench::row::Row;
 use crate::bench::sweep::series;
-use ecss_can_cli::images::support::board::Profile;
-use ecss_can_cli::images::support::diagnostics::Stamps;
 
 /// Number of measured SYNCs.
 const SYNCS: u32 = 200;

@@ -8,14 +8,14 @@ use std::thread;
 
 use can_twin::pulses::Errors;
 use can_twin::wire::time::Time;
+use ecss_can_cli::fly::stamps::StampErrors;
 use ecss_can_cli::images::Images;
+use ecss_can_cli::images::support::board::Profile;
 
 use crate::bench::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires, most_left_ns};
 use crate::bench::context::{Context, FLOWN};
 use crate::bench::row::Row;
 use crate::bench::update;
-use ecss_can_cli::fly::stamps::StampErrors;
-use ecss_can_cli::images::support::board::Profile;
 
 const SEEDS: u64 = 5;
 const SECOND: Time = Time::from_ms(1_000);

@@ -15,12 +15,12 @@ use can_twin::board::BoardConfig;
 use can_twin::crystal::Crystal;
 use can_twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use can_twin::wire::time::Time;
+use ecss_can_cli::images::support::board::Profile;
 use ecss_can_cli::images::support::fleet;
 
 use crate::bench::callgrind;
 use crate::bench::context::{Context, FLOWN, board};
 use crate::bench::row::Row;
-use ecss_can_cli::images::support::board::Profile;
 
 /// Virtual seconds of the two flights. The first one ends after the start of all boards.
 const LENGTHS: [u64; 2] = [2, 4];

@@ -1,6 +1,5 @@
 //! Measures the cable to the slave in 6320h.
 
-use crate::{CableMeasurement, CommanderObjects, info};
 use ecss_can::redundancy::MasterBoards;
 use ecss_can::runner::{Handle, MasterHandle, Platform};
 use ecss_can::types::NodeId;
@@ -11,6 +10,7 @@ use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex as Raw;
 use embassy_sync::signal::Signal;
 
 use super::Node;
+use crate::{CableMeasurement, CommanderObjects, info};
 
 /// Measurements of cables. [`Application`](super::Application) starts them, a separate task runs them. An image holds
 /// this in a static.

@@ -1,6 +1,5 @@
 //! Log messages of the master's application: changes when they happen, frames at debug level only.
 
-use crate::{Message, Telemetry, debug, error, info, warn};
 use ecss_can::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::emcy::Emergency;
 use ecss_can::link::port::{ErrorState, Health};
@@ -8,6 +7,8 @@ use ecss_can::node::{MasterEvent, Refusal};
 use ecss_can::redundancy::RoleChange;
 use ecss_can::types::Bus;
 use ecss_can::types::{NodeId, Scet};
+
+use crate::{Message, Telemetry, debug, error, info, warn};
 
 pub fn event(event: &MasterEvent) {
     match event {

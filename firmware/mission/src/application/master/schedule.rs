@@ -3,8 +3,9 @@
 //!
 //! Missed turns are skipped.
 
-use crate::{SLAVES, slot};
 use ecss_can::types::{Duration, Instant, NodeId, Periodic};
+
+use crate::{SLAVES, slot};
 
 /// Node-ID of the slave with the first turn.
 const FIRST: u8 = 2;

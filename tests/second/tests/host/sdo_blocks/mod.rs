@@ -7,12 +7,13 @@ mod codecs;
 mod line;
 mod zencan;
 
-use self::codecs::{Codecs, OBJECT};
-use self::line::Line;
-use self::zencan::{CONSTANT, DOMAIN, KEY, STRING, Zencan};
 use ecss_can::sdo::Error;
 use ecss_can::sdo::machine::Payload;
 use ecss_can::types::{AbortCode, Address};
+
+use self::codecs::{Codecs, OBJECT};
+use self::line::Line;
+use self::zencan::{CONSTANT, DOMAIN, KEY, STRING, Zencan};
 
 /// Sizes: a byte, a segment, a byte more, a sub-block and one byte less and more, and many sub-blocks.
 const SIZES: [usize; 7] = [1, 7, 8, 888, 889, 890, 20_000];

@@ -7,12 +7,12 @@ mod strip;
 use can_twin::wire::controller::WireEvent;
 use can_twin::wire::time::{TICKS_PER_US, Time};
 use can_twin::wire::waveform::{Bit, Waveform};
+use strip::Strip;
 
 use crate::fly::drawing::key;
 use crate::fly::drawing::paint::Sheet;
 use crate::fly::drawing::picture::Picture;
 use crate::fly::drawing::scale::{Range, Scale};
-use strip::Strip;
 
 /// Space left of the traces for names.
 const MARGIN: f64 = 116.0;
