@@ -115,7 +115,6 @@
 //! # Features
 //!
 //! - `mock`: the module `mock`. It needs an allocator; the rest of the crate has no heap.
-//! - `embedded-can`: [`link::adapter`] makes a port of any driver that implements `embedded_can::nb::Can`.
 //! - `defmt`: every public type implements `defmt::Format`.
 //! - `critical-section`: atomics of chips without compare-and-swap, such as Cortex-M0, by critical sections. The image needs an
 //!   implementation of the package `critical-section`.

@@ -66,7 +66,7 @@ pub fn check_chips() -> Result<(), Error> {
     for board in BOARDS_ON_EMBASSY {
         check(&format!("a slave for {board}"), ON_EMBASSY, &format!("{ON_EMBASSY}/{board}"), &[])?;
     }
-    check("a slave for Cortex-M0", CANOPEN, "critical-section,defmt,embedded-can", &["--target", SMALLEST])
+    check("a slave for Cortex-M0", CANOPEN, "critical-section,defmt", &["--target", SMALLEST])
 }
 
 /// All features of chip support, for some chips.

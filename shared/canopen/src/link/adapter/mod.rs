@@ -4,14 +4,7 @@
 //! [`Adapter`] is a port over any [`Driver`]: it has three mailboxes in front of the driver, keeps frames of one
 //! COB-ID in order, keeps a frame that the driver gave up for a more urgent one, and filters in software.
 //!
-#![cfg_attr(
-    feature = "embedded-can",
-    doc = "With the feature `embedded-can`, [`Nonblocking`] is a driver over any `embedded_can::nb::Can`."
-)]
-#![cfg_attr(
-    not(feature = "embedded-can"),
-    doc = "With the feature `embedded-can`, `Nonblocking` is a driver over any `embedded_can::nb::Can`."
-)]
+//! [`Nonblocking`] is a driver over any `embedded_can::nb::Can`.
 //! For another driver, implement [`Driver`] in about 60 lines.
 //!
 //! # What a driver may lack
@@ -40,7 +33,6 @@
 //! - [`PortEvent::Stalled`] is never reported.
 
 mod driver;
-#[cfg(feature = "embedded-can")]
 mod nonblocking;
 mod slots;
 
@@ -49,7 +41,6 @@ use core::task::{Context, Poll, Waker};
 use heapless::Vec;
 
 pub use self::driver::{Accepted, Driver, Mode, Received, Refused};
-#[cfg(feature = "embedded-can")]
 pub use self::nonblocking::{Nonblocking, WakeUp};
 use self::slots::{SLOTS, Slots};
 use crate::link::port::{Busy, CanPort, ErrorState, Filter, Health, LastError, Mailbox, PortEvent};
