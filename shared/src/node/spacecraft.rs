@@ -4,14 +4,14 @@
 use crate::emcy::{ErrorCode, PostMortem, PostMortemObjects};
 use crate::heartbeat::HeartbeatTimes;
 use crate::link::port::Health;
-use crate::node::Counters;
+use crate::node::{Counters, UpsetObjects};
 use crate::od::{Objects, Record};
 use crate::redundancy::{Parameters, RedundancyObjects};
 use crate::store::StoreObjects;
 use crate::time::{ClockObjects, LocalScet, TimeCorrection, TimeService};
 use crate::types::{Address, Bus, CobId, FineScet, Instant, NodeId};
 
-/// Objects 2000h to 203Fh, 2046h, 2047h, 1010h and 1011h.
+/// Objects 2000h to 203Fh, 2046h to 2048h, 1010h and 1011h.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct Spacecraft {
     /// Objects of the redundancy
@@ -49,6 +49,9 @@ pub struct Spacecraft {
     /// Transmit budget
     #[object(0x2047, record)]
     pub over_budget: OverBudget,
+    /// Objects of upsets
+    #[objects]
+    pub upsets: UpsetObjects,
 }
 
 impl Spacecraft {
