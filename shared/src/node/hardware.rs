@@ -19,7 +19,7 @@ pub struct Hardware {
     pub post_mortem: PostMortem,
     /// Pattern of late heartbeats, one bit for each heartbeat; zero: none is late. A master does not use it.
     pub late_heartbeats: u32,
-    /// Upsets that the board finds in its registers (2048h). `None`: it looks for none.
+    /// Upsets that the board finds in its registers (2033h). `None`: it looks for none.
     pub upsets: Option<&'static Upsets>,
 }
 

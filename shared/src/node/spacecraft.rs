@@ -11,7 +11,7 @@ use crate::store::StoreObjects;
 use crate::time::{ClockObjects, LocalScet, TimeCorrection, TimeService};
 use crate::types::{Address, Bus, CobId, FineScet, Instant, NodeId};
 
-/// Objects 2000h to 203Fh, 2046h to 2048h, 1010h and 1011h.
+/// Objects 2000h to 203Fh, 2046h, 2047h, 1010h and 1011h.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct Spacecraft {
     /// Objects of the redundancy

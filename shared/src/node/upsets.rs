@@ -1,4 +1,4 @@
-//! Object 2048h: upsets that a board found in its own registers.
+//! Object 2033h: upsets that a board found in its own registers.
 //!
 //! An *upset* is a bit that a particle inverted. A board compares its registers with a table while the node runs, and mends what
 //! differs. It counts this in [`Upsets`], which its node reads after each of its own heartbeats: the object follows, and an
@@ -51,8 +51,8 @@ impl Upsets {
     }
 }
 
-/// Upsets that a board found in its own registers (2048h).
-#[doc(alias = "2048h")]
+/// Upsets that a board found in its own registers (2033h).
+#[doc(alias = "2033h")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct FoundUpsets {
     /// Registers mended
@@ -67,13 +67,13 @@ pub struct FoundUpsets {
     pub last: u32,
 }
 
-/// Object of the upsets that the board found (2048h).
+/// Object of the upsets that the board found (2033h).
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct UpsetObjects {
     /// Upsets
     ///
     /// Emergency 5000h with source 2 reports a mended register.
-    #[object(0x2048, record)]
+    #[object(0x2033, record)]
     pub found: FoundUpsets,
 }
 

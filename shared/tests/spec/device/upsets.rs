@@ -1,4 +1,4 @@
-//! Upsets that the board finds in its registers: object 2048h, and the emergency that reports them.
+//! Upsets that the board finds in its registers: object 2033h, and the emergency that reports them.
 
 use ecss_can::node::{FoundUpsets, Hardware, Master, Upsets};
 
@@ -25,7 +25,7 @@ fn slave(upsets: &'static Upsets) -> Bench<TestSlave> {
 }
 
 /// Given a slave, when its board mends two registers between two heartbeats, then one emergency has the address of the last one, and
-/// 2048h has number and address.
+/// 2033h has number and address.
 ///
 /// Verifies: ECSS 6.4a, 6.4a.1
 /// Notices: ECSS 6.4a.1: each register that is mended sends an emergency of its own.
@@ -41,8 +41,8 @@ fn mended_registers_are_reported_after_the_next_heartbeat() {
     // An emergency of an error that is over: the report, and its end.
     assert_eq!(reports[0], [0x00, 0x50, 0x01, 2, 0x1C, 0x66, 0x00, 0x40]);
     assert_eq!((reports.len(), reports[1][..2].to_vec()), (2, vec![0, 0]));
-    assert_eq!(read(&mut slave, 0x2048, 1), [2, 0, 0, 0]);
-    assert_eq!(read(&mut slave, 0x2048, 2), [0x1C, 0x66, 0x00, 0x40]);
+    assert_eq!(read(&mut slave, 0x2033, 1), [2, 0, 0, 0]);
+    assert_eq!(read(&mut slave, 0x2033, 2), [0x1C, 0x66, 0x00, 0x40]);
 }
 
 /// Given a board that finds no upset, then nothing is reported.
@@ -55,8 +55,8 @@ fn board_without_upsets_reports_none() {
     let until = slave.now + span(2_000);
     run_with_master(&mut slave, until);
     assert_eq!(payloads(&slave, 0x085), [[0; 8]; 0]);
-    assert_eq!(read(&mut slave, 0x2048, 1), [0; 4]);
-    assert_eq!(read(&mut powered(), 0x2048, 1), [0; 4], "a board that looks for none");
+    assert_eq!(read(&mut slave, 0x2033, 1), [0; 4]);
+    assert_eq!(read(&mut powered(), 0x2033, 1), [0; 4], "a board that looks for none");
 }
 
 /// Given the master, when its board mends a register, then an emergency has the address.
@@ -74,8 +74,8 @@ fn mended_register_of_the_master_is_reported() {
     master.run_until(until);
     let emergency = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x081).expect("an emergency");
     assert_eq!(emergency.frame.data(), [0x00, 0x50, 0x01, 2, 0x40, 0x38, 0x02, 0x40]);
-    assert_eq!(master_device::read(&mut master, 0x2048, 1), 1);
-    assert_eq!(master_device::read(&mut master, 0x2048, 2), 0x4002_3840);
+    assert_eq!(master_device::read(&mut master, 0x2033, 1), 1);
+    assert_eq!(master_device::read(&mut master, 0x2033, 2), 0x4002_3840);
 }
 
 /// Given more upsets than the object counts, then it stays at its largest value.
