@@ -63,6 +63,8 @@ mod clock_tree;
 #[cfg(target_os = "none")]
 mod common;
 #[cfg(target_os = "none")]
+mod core_registers;
+#[cfg(target_os = "none")]
 mod edges;
 #[cfg(target_os = "none")]
 mod fault_stack;
@@ -74,6 +76,8 @@ mod one_controller;
 mod post_mortem;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod pulse;
+#[cfg(target_os = "none")]
+mod registers;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod retained;
 #[cfg(all(target_os = "none", feature = "full"))]

@@ -2,6 +2,7 @@
 
 use ecss_can::link::bit_timing::BitTiming;
 use embassy_stm32::pac::can::Can;
+use embassy_stm32::pac::can::regs::Btr;
 use embassy_stm32::pac::can::vals::Silm;
 use embassy_stm32::{can, pac, peripherals};
 
@@ -44,11 +45,16 @@ impl Controller for peripherals::CAN2 {
 
 /// Writes the settings that can be changed in Init mode only. `listens`: the controller drives no dominant bit.
 pub(super) fn configure(registers: Can, timing: BitTiming, listens: bool) {
-    registers.btr().write(|w| {
-        w.set_brp(timing.prescaler() - 1);
-        w.set_ts(0, timing.segment1() - 1);
-        w.set_ts(1, timing.segment2() - 1);
-        w.set_sjw(timing.jump_width() - 1);
-        w.set_silm(if listens { Silm::SILENT } else { Silm::NORMAL });
-    });
+    registers.btr().write_value(settings(timing, listens));
+}
+
+/// Returns the settings that can be changed in Init mode only.
+pub(super) fn settings(timing: BitTiming, listens: bool) -> Btr {
+    let mut settings = Btr(0);
+    settings.set_brp(timing.prescaler() - 1);
+    settings.set_ts(0, timing.segment1() - 1);
+    settings.set_ts(1, timing.segment2() - 1);
+    settings.set_sjw(timing.jump_width() - 1);
+    settings.set_silm(if listens { Silm::SILENT } else { Silm::NORMAL });
+    settings
 }

@@ -3,7 +3,7 @@
 use ecss_can::node::{FoundUpsets, Hardware, Master, Upsets};
 
 use super::fixture::{payloads, powered, read, run_with_master};
-use crate::bench::{Bench, ms, node, span};
+use crate::bench::{Bench, NOMINAL, frame, ms, node, span};
 use crate::instrument::{self, STANDARD};
 use crate::slave::TestSlave;
 use crate::{console, master_device};
@@ -35,6 +35,8 @@ fn mended_registers_are_reported_after_the_next_heartbeat() {
     let mut slave = slave(&UPSETS);
     UPSETS.count_mended(0x4000_6600);
     UPSETS.count_mended(0x4000_661C);
+    slave.transmitted(NOMINAL, frame(0x705, &[0x7F]));
+    slave.transmitted(NOMINAL, frame(0x705, &[0x7F]));
     let until = slave.now + span(500);
     run_with_master(&mut slave, until);
     let reports = payloads(&slave, 0x085);
@@ -52,6 +54,7 @@ fn mended_registers_are_reported_after_the_next_heartbeat() {
 fn board_without_upsets_reports_none() {
     static UPSETS: Upsets = Upsets::new();
     let mut slave = slave(&UPSETS);
+    slave.transmitted(NOMINAL, frame(0x705, &[0x7F]));
     let until = slave.now + span(2_000);
     run_with_master(&mut slave, until);
     assert_eq!(payloads(&slave, 0x085), [[0; 8]; 0]);
@@ -67,6 +70,8 @@ fn mended_register_of_the_master_is_reported() {
     static UPSETS: Upsets = Upsets::new();
     let master = Master::builder(&STANDARD, console::Console::default()).hardware(hardware(&UPSETS));
     let mut master = Bench::new(master.build());
+    master.run_until(ms(1));
+    master.transmitted(NOMINAL, frame(0x701, &[0]));
     master.run_until(ms(1_000));
     UPSETS.count_mended(0x4002_3840);
     master.clear();
