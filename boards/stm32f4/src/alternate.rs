@@ -1,12 +1,10 @@
 //! Pins wired for a peripheral.
 
+#[cfg(feature = "full")]
+mod mend;
+
 use embassy_stm32::Peri;
-use embassy_stm32::gpio::{AfType, AnyPin, Flex, OutputType, Pin, Pull, Speed};
-
-use crate::registers;
-
-/// Mode of a pin in MODER: alternate function.
-const ALTERNATE: u32 = 2;
+use embassy_stm32::gpio::{AfType, AnyPin, Flex, OutputType, Pull, Speed};
 
 /// A pin and the number of the alternate function that it is wired for.
 pub(crate) struct AlternatePin(pub u8, pub Peri<'static, AnyPin>);
@@ -22,6 +20,7 @@ pub(crate) enum Direction {
 
 impl AlternatePin {
     /// Connects the pin to its peripheral.
+    #[inline(never)] // once for all pins
     pub fn connect(&mut self, direction: Direction) {
         let kind = match direction {
             Direction::Input => AfType::input(Pull::Up),
@@ -31,27 +30,5 @@ impl AlternatePin {
         pin.set_as_af_unchecked(self.0, kind);
         // Dropping it would disconnect the peripheral.
         core::mem::forget(pin);
-    }
-
-    /// Connects the pin again if a bit of its settings has flipped.
-    #[inline(never)] // once for all pins
-    pub fn mend(&mut self, direction: Direction) {
-        let (block, number) = (self.1.block(), usize::from(self.1.pin()));
-        let of_pair = |register: u32| register >> (2 * number) & 3;
-        let found = [
-            of_pair(block.moder().read().0),
-            of_pair(block.pupdr().read().0),
-            of_pair(block.ospeedr().read().0),
-            block.otyper().read().0 >> number & 1,
-            u32::from(block.afr(number / 8).read().afr(number % 8)),
-        ];
-        let [pull, speed] = match direction {
-            Direction::Input => [1, 0],
-            Direction::Output => [0, 3],
-        };
-        if found != [ALTERNATE, pull, speed, 0, self.0.into()] {
-            registers::count(block.as_ptr() as u32);
-            self.connect(direction);
-        }
     }
 }

@@ -24,7 +24,6 @@ use embassy_stm32::pac::TIM5;
 use embassy_stm32::pac::dma::St;
 use embassy_stm32::pac::dma::regs::Cr;
 use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
-use embassy_stm32::pac::timer::vals::CcmrInputCcs;
 use embassy_stm32::{Peri, pac, peripherals, rcc};
 
 use crate::alternate::{AlternatePin, Direction};
@@ -58,7 +57,7 @@ pub(crate) static REGISTERS: [Register; 4] = [
 const TIM5_BASE: u32 = 0x4000_0C00;
 
 /// Bits of a channel in CCMR and CCER: its own input; falling edges, enabled.
-const INPUT: u32 = 1;
+const OWN_INPUT: u32 = 1;
 const FALLING: u32 = 0b11;
 
 static RINGS: PerBus<Ring> = PerBus { nominal: EdgeRing::new(), redundant: EdgeRing::new() };
@@ -135,16 +134,21 @@ impl Edges {
         edges
     }
 
-    /// Sets up the channel and its stream, which are both off.
+    /// Stops the channel and its stream, and sets them up. After that earlier edges in the ring match no frame any more.
+    #[inline(never)] // once for both buses, and for a restart
     fn run(&self) {
-        let channel = self.channel;
-        go_round(self.stream(), self.capture(), self.ring);
-        TIM5.ccmr_input(channel / 2).modify(|w| w.set_ccs(channel % 2, CcmrInputCcs::TI4));
+        let (channel, number, stream) = (self.channel, self.stream, self.stream());
+        stream.cr().write_value(Cr(0));
+        // The stream stops when its transfer has ended (RM0090 10.3.17).
+        _ = (0..STOP_POLLS).find(|_| !stream.cr().read().en());
+        pac::DMA1.ifcr(number / 4).write(|w| w.0 = STREAM_FLAGS << [0, 6, 16, 22][number % 4]);
+        // The input of a channel can be selected while the channel is off (RM0090 18.4.7).
+        let (input, edges) = (8 * (channel % 2), 4 * channel);
+        TIM5.ccer().modify(|w| w.0 &= !(0xF << edges));
+        TIM5.ccmr_input(channel / 2).modify(|w| w.0 = w.0 & !(0xFF << input) | OWN_INPUT << input);
+        go_round(stream, self.capture(), self.ring);
         TIM5.dier().modify(|w| w.set_ccde(channel, true));
-        TIM5.ccer().modify(|w| {
-            w.set_ccp(channel, true);
-            w.set_cce(channel, true);
-        });
+        TIM5.ccer().modify(|w| w.0 |= FALLING << edges);
     }
 
     fn stream(&self) -> St {
@@ -164,24 +168,9 @@ impl Edges {
             && usize::from(stream.ndtr().read().ndt()) <= EDGES
             && stream.par().read() == self.capture() as u32
             && stream.m0ar().read() == self.ring.cells().as_ptr() as u32
-            && TIM5.ccmr_input(channel / 2).read().0 >> (8 * (channel % 2)) & 0xFF == INPUT
+            && TIM5.ccmr_input(channel / 2).read().0 >> (8 * (channel % 2)) & 0xFF == OWN_INPUT
             && TIM5.ccer().read().0 >> (4 * channel) & 0xF == FALLING
             && TIM5.dier().read().ccde(channel)
-    }
-
-    /// Stops the channel and its stream, and sets them up again. Edges of the ring so far match no frame any more.
-    #[inline(never)] // rare
-    fn restart(&self) {
-        let (channel, stream) = (self.channel, self.stream());
-        registers::count(stream.cr().as_ptr() as u32);
-        stream.cr().write_value(Cr(0));
-        // The stream stops when its transfer has ended (RM0090 10.3.17).
-        _ = (0..STOP_POLLS).find(|_| !stream.cr().read().en());
-        let number = self.stream;
-        pac::DMA1.ifcr(number / 4).write(|w| w.0 = STREAM_FLAGS << [0, 6, 16, 22][number % 4]);
-        TIM5.ccer().modify(|w| w.0 &= !(0xF << (4 * channel)));
-        TIM5.ccmr_input(channel / 2).modify(|w| w.0 &= !(0xFF << (8 * (channel % 2))));
-        self.run();
     }
 
     /// Returns the index of the ring's cell for the next edge.
@@ -224,7 +213,8 @@ impl FrameStamps for Edges {
     fn mend(&mut self) {
         self.pin.mend(Direction::Input);
         if !self.runs() {
-            self.restart();
+            registers::count(self.stream().cr().as_ptr() as u32);
+            self.run();
         }
     }
 }

@@ -62,7 +62,7 @@ mod clock;
 mod clock_tree;
 #[cfg(target_os = "none")]
 mod common;
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "full"))]
 mod core_registers;
 #[cfg(target_os = "none")]
 mod edges;
@@ -88,6 +88,8 @@ mod spec;
 mod stamping;
 #[cfg(target_os = "none")]
 mod supervisor;
+#[cfg(all(target_os = "none", feature = "full"))]
+mod time_driver;
 
 /// Functions for the handlers of core exceptions.
 #[cfg(target_os = "none")]

@@ -6,12 +6,12 @@ use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::runner::{Connection, Platform};
 use ecss_can::types::{NodeId, PerBus};
 
+use crate::Uptime;
 use crate::bxcan::Port;
 use crate::common::{CanInterrupts, Leds, strap_bits, watch};
 use crate::spec::{BoardSpec, Wiring};
 use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};
-use crate::{Uptime, registers};
 
 /// Board of a minimal slave: without capture of edges, parameter store and post-mortem record.
 ///
@@ -40,7 +40,6 @@ impl<B: BoardSpec> MinimalBoard<B> {
         let nominal = Port::new(nominal, irqs, timing, Interrupts);
         let redundant = Port::new(redundant, irqs, timing, Interrupts);
         let ports = PerBus { nominal, redundant };
-        registers::keep();
         MinimalBoard {
             connection: Connection { ports, clock: Uptime },
             leds: Leds::new(leds),

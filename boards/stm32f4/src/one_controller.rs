@@ -10,13 +10,13 @@ use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 
+use crate::Uptime;
 use crate::alternate::AlternatePin;
 use crate::bxcan::Port;
 use crate::common::{CanInterrupts, Leds, strap_bits, watch};
 use crate::spec::{BoardSpec, Wiring};
 use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};
-use crate::{Uptime, registers};
 
 /// As [`MinimalBoard`](crate::MinimalBoard), with CAN1 only. An output pin selects the transceiver of the nominal bus
 /// (low) or of the redundant one (high). CAN2 stays in reset.
@@ -49,7 +49,6 @@ impl<B: BoardSpec> OneControllerBoard<B> {
         let node_id =
             straps::node_id(strap_bits([bit_0, bit_1, bit_2, bit_3, parity], B::HCLK, from_outside));
         let ports = share(Port::new(nominal, irqs, timing, Interrupts), switch);
-        registers::keep();
         OneControllerBoard {
             connection: Connection { ports, clock: Uptime },
             leds: Leds::new(leds),

@@ -2,7 +2,7 @@
 //!
 //! A particle may invert a bit of a register. Drivers of this crate compare the registers of their own peripherals where they
 //! know the value: the port of a bus its controller, its filters, its pins and its capture. All other registers on which a board
-//! depends are in this table: clocks, resets, time base, core, interrupt controller. Each part of the program that owns
+//! depends are in this table: clocks, resets, time base, core. Each part of the program that owns
 //! some of them lists them beside its code. An interrupt of the supervisor compares those of one owner, ten times a
 //! second, and so all within a second.
 //!
@@ -11,183 +11,23 @@
 //! | most registers | the bits are written |
 //! | a clock, a reset line, the time base | record with the address, and reset: what ran meanwhile is wrong |
 //! | a bit that is wrong again after it was written | the same |
-//! | the first FIFO of a controller is full in two ticks | its interrupt is enabled again; in three: record and reset |
+//! | the first FIFO of a controller is full for a second | the same: its port did not succeed in enabling the interrupt again |
 //!
-//! Bits that the application may change have no bit in the mask.
+//! Bits that the application may change have no bit in the mask. The board of a minimal slave has no table, and nothing that counts.
 
-use core::sync::atomic::{AtomicU32, Ordering};
-
-use ecss_can::emcy::PostMortem;
 #[cfg(feature = "full")]
-use ecss_can::node::Upsets;
-use embassy_stm32::pac;
-use embassy_stm32::pac::can::Can;
+mod table;
 
-use crate::post_mortem::{self, ReadLog};
-use crate::{clock, clock_tree, core_registers};
-
-/// Upsets of this board, for its node.
 #[cfg(feature = "full")]
-pub(crate) static UPSETS: Upsets = Upsets::new();
+pub(crate) use table::{Kept, Register, UPSETS, keep, on_tick};
 
-/// Flags in the lowest bits of an address: the board is reset if the register differs, and its value is in [`KEPT`].
-const RESETS: u32 = 1 << 0;
-const IS_KEPT: u32 = 1 << 1;
-const FLAGS: u32 = RESETS | IS_KEPT;
-
-/// A register, the bits of it that are compared, and their value.
-pub(crate) struct Register {
-    /// Address and flags.
-    place: u32,
-    mask: u32,
-    /// The value, or the place in [`KEPT`].
-    value: u32,
-}
-
-/// Registers whose value others choose: oscillator, part, wiring, HAL. It is read after start-up.
-#[derive(Clone, Copy)]
-pub(crate) enum Kept {
-    PllSettings,
-    ClockSettings,
-    PortClocks,
-    TimerClocks,
-    BusClocks,
-    FlashAccess,
-    Tick,
-    Vectors,
-    Faults,
-    Coprocessor,
-    Interrupts1,
-    Interrupts2,
-    Last,
-}
-
-const KEPT_REGISTERS: usize = Kept::Last as usize;
-
-/// Values read after start-up, and their checksum.
-static KEPT: [AtomicU32; KEPT_REGISTERS] = [const { AtomicU32::new(0) }; KEPT_REGISTERS];
-static CHECK: AtomicU32 = AtomicU32::new(0);
-
-/// Registers by owner.
-static OWNERS: [&[Register]; 4 + cfg!(feature = "full") as usize] = [
-    &clock_tree::REGISTERS,
-    &clock::REGISTERS,
-    &core_registers::CORE,
-    &core_registers::INTERRUPTS,
-    #[cfg(feature = "full")]
-    &crate::capture::REGISTERS,
-];
-
-/// Owner whose registers are compared next, plus one; zero until start-up has ended.
-static NEXT: AtomicU32 = AtomicU32::new(0);
-/// Ticks in a row in which a FIFO was full.
-static FULL: AtomicU32 = AtomicU32::new(0);
-/// Ticks after which the interrupt of a full FIFO is enabled again.
-const PATIENCE: u32 = 2;
-
-impl Register {
-    /// Bits of a register that have this value.
-    pub(crate) const fn of(address: u32, mask: u32, value: u32) -> Register {
-        Register { place: address, mask, value }
-    }
-
-    /// Bits of a register that keep the value that they have after start-up.
-    pub(crate) const fn kept(address: u32, mask: u32, place: Kept) -> Register {
-        Register { place: address | IS_KEPT, mask, value: place as u32 }
-    }
-
-    /// The board is reset if the bits differ.
-    pub(crate) const fn or_reset(self) -> Register {
-        Register { place: self.place | RESETS, ..self }
-    }
-
-    fn pointer(&self) -> *mut u32 {
-        (self.place & !FLAGS) as *mut u32
-    }
-
-    fn read(&self) -> u32 {
-        // SAFETY: the tables list registers of the chip and of its core, whose bits may be read at any time.
-        unsafe { self.pointer().read_volatile() }
-    }
-
-    fn kept_value(&self) -> Option<&'static AtomicU32> {
-        if self.place & IS_KEPT != 0 { KEPT.get(self.value as usize) } else { None }
-    }
-
-    fn differs(&self, wanted: u32) -> bool {
-        (self.read() ^ wanted) & self.mask != 0
-    }
-
-    /// Compares the bits and mends them. Returns `false` if the board has to be reset.
-    fn mend(&self) -> bool {
-        let wanted = self.kept_value().map_or(self.value, |kept| kept.load(Ordering::Relaxed));
-        if !self.differs(wanted) {
-            return true;
-        }
-        if self.kept_value().is_some() && checksum() != CHECK.load(Ordering::Relaxed) {
-            // The upset struck the copy.
-            keep();
-            return true;
-        }
-        if self.place & RESETS != 0 {
-            return false;
-        }
-        count(self.place & !FLAGS);
-        let value = self.read() & !self.mask | wanted & self.mask;
-        // SAFETY: the value is that of start-up, so that the register works as its owner expects. This interrupt has the highest
-        // priority, and owners change other bits of these registers in critical sections only.
-        unsafe { self.pointer().write_volatile(value) };
-        !self.differs(wanted)
-    }
-}
-
-fn checksum() -> u32 {
-    KEPT.iter().fold(0, |sum, kept| sum.rotate_left(1) ^ kept.load(Ordering::Relaxed))
-}
-
-/// Reads the values to keep, at the end of the start-up. From now on registers are compared.
-pub(crate) fn keep() {
-    for register in OWNERS.iter().copied().flatten() {
-        if let Some(kept) = register.kept_value() {
-            kept.store(register.read(), Ordering::Relaxed);
-        }
-    }
-    CHECK.store(checksum(), Ordering::Relaxed);
-    NEXT.store(1, Ordering::Relaxed);
-}
-
-/// Counts a register that was mended, for the node. A minimal slave does not report it.
-#[cfg_attr(not(feature = "full"), expect(unused_variables, reason = "nobody reads the count"))]
+/// Counts a register that was mended, for the node.
+#[cfg_attr(not(feature = "full"), expect(unused_variables, reason = "a minimal slave has no object for it"))]
 pub(crate) fn count(address: u32) {
     #[cfg(feature = "full")]
     UPSETS.count_mended(address);
 }
 
-/// Compares the registers of the next owner. Call it from the supervisor's tick. Arguments: see
-/// [`on_tick`](crate::supervisor::on_tick).
-pub(crate) fn on_tick(frame: Option<u32>, log: ReadLog) {
-    let next = NEXT.load(Ordering::Relaxed) as usize;
-    let Some(owned) = next.checked_sub(1).and_then(|owner| OWNERS.get(owner)) else { return };
-    NEXT.store((next % OWNERS.len()) as u32 + 1, Ordering::Relaxed);
-    let lost = owned.iter().find(|register| !register.mend()).map(|register| register.place & !FLAGS);
-    if let Some(address) = lost.or_else(unserved) {
-        post_mortem::runs(address);
-        post_mortem::end(frame, PostMortem::REGISTER, log);
-    }
-}
-
-/// Looks for a FIFO that stays full. Enables its interrupt, and returns its address if that does not help.
-fn unserved() -> Option<u32> {
-    let is_full = |controller: &Can| controller.rfr(0).read().full();
-    let Some(controller) = [pac::CAN1, pac::CAN2].into_iter().find(is_full) else {
-        FULL.store(0, Ordering::Relaxed);
-        return None;
-    };
-    let ticks = FULL.load(Ordering::Relaxed) + 1;
-    FULL.store(ticks, Ordering::Relaxed);
-    if ticks == PATIENCE {
-        controller.ier().modify(|w| w.set_fmpie(0, true));
-        core_registers::INTERRUPTS.iter().for_each(|register| _ = register.mend());
-    }
-    (ticks > PATIENCE).then(|| controller.rfr(0).as_ptr() as u32)
-}
+/// Does nothing: there is no table.
+#[cfg(not(feature = "full"))]
+pub(crate) fn on_tick(_frame: Option<u32>, _log: crate::post_mortem::ReadLog) {}

@@ -9,6 +9,7 @@ use embassy_stm32::pac::can::Can;
 use super::port::Port;
 use super::{banks, controller, registers};
 use crate::Uptime;
+#[cfg(feature = "full")]
 use crate::alternate::Direction;
 use crate::registers::count;
 use crate::stamping::FrameStamps;
@@ -23,6 +24,7 @@ impl<S: FrameStamps> Port<S> {
         match self.compared {
             0 => self.mend_controller(),
             1 => banks::mend(self.first_bank, self.filters),
+            #[cfg(feature = "full")]
             2 => {
                 self.rx.mend(Direction::Input);
                 self.tx.mend(Direction::Output);
@@ -31,12 +33,13 @@ impl<S: FrameStamps> Port<S> {
         }
     }
 
-    /// Interrupts are enabled again. For mode and bit timing the controller leaves its bus and joins again.
+    /// Enables the interrupts again. For mode and bit timing the controller leaves its bus and joins again.
     fn mend_controller(&mut self) {
         let controller = self.registers;
         if self.events.mend_sources(controller) {
             count(controller.ier().as_ptr() as u32);
         }
+        controller::mend_interrupts(self.first_bank);
         let Some(address) = self.lost_setting(controller) else { return };
         count(address);
         if let Some(request) = self.mode.lose(Uptime.now()) {
