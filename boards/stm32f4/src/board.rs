@@ -20,7 +20,7 @@ use crate::pulse::Pulse;
 use crate::spec::{BoardSpec, Wiring};
 use crate::store::{self, ChipFlash, Crc, ParameterLog};
 use crate::straps::{self, StrapError};
-use crate::{Uptime, retained, spare, supervisor};
+use crate::{Uptime, registers, retained, spare, supervisor};
 
 /// Peripherals and data of the board `B` for an image.
 pub struct Board<B> {
@@ -60,10 +60,12 @@ impl<B: BoardSpec> Board<B> {
         // CAN1 first: it holds the filter banks and the clock of both.
         let nominal = Port::new(nominal, irqs, timing, edges.nominal);
         let redundant = Port::new(redundant, irqs, timing, edges.redundant);
+        let pulse = Pulse::new(pulse, free);
+        registers::keep();
         Board {
             connection: Connection { ports: PerBus { nominal, redundant }, clock: Uptime },
             hardware: hardware(store, post_mortem),
-            pulse: Pulse::new(pulse, free),
+            pulse,
             leds: Leds::new(leds),
             node_id,
             straps,
@@ -85,6 +87,7 @@ fn hardware(store: Option<&'static mut (dyn ParameterStore + Send)>, post_mortem
     hardware.retained = Some(retained::take());
     hardware.post_mortem = post_mortem;
     hardware.late_heartbeats = late_heartbeats();
+    hardware.upsets = Some(&registers::UPSETS);
     hardware
 }
 

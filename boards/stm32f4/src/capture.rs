@@ -20,24 +20,45 @@ use core::sync::atomic::{Ordering, fence};
 use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp};
 use ecss_can::runner::Clock;
 use ecss_can::types::{Frame, PerBus};
-use embassy_stm32::gpio::{AfType, Flex, Pull};
 use embassy_stm32::pac::TIM5;
 use embassy_stm32::pac::dma::St;
+use embassy_stm32::pac::dma::regs::Cr;
 use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
-use embassy_stm32::pac::timer::vals::CcmrInputCcs;
 use embassy_stm32::{Peri, pac, peripherals, rcc};
 
-use crate::alternate::AlternatePin;
+use crate::alternate::{AlternatePin, Direction};
 use crate::clocks;
 use crate::edges::EdgeInput;
+use crate::registers::{self, Register};
 use crate::stamping::FrameStamps;
 use crate::{DIAGNOSTICS, Uptime};
 
 /// TIM5 is at this channel of each stream (RM0090 table 42).
 const STREAM_CHANNEL: u8 = 6;
 
+/// Flags of a stream, shifted to its place (RM0090 10.5.3).
+const STREAM_FLAGS: u32 = 0x3D;
+/// Reads of a stream that stops. A transfer of 4 bytes takes some ten cycles.
+const STOP_POLLS: usize = 1_000;
+
 /// Ticks of TIM5 in a microsecond.
 pub(crate) const PER_MICRO: u32 = clocks::TIMERS / 1_000_000;
+
+/// Registers of TIM5 that both lines share. Stamps that went wrong stay wrong, so all of them reset the board.
+pub(crate) static REGISTERS: [Register; 4] = [
+    // CR1: counts up.
+    Register::of(TIM5_BASE, 0x3FF, 1).or_reset(),
+    // SMCR: clocked from inside.
+    Register::of(TIM5_BASE + 0x08, 0xFFFF, 0).or_reset(),
+    // PSC, ARR: each clock, 32 bits.
+    Register::of(TIM5_BASE + 0x28, 0xFFFF, 0).or_reset(),
+    Register::of(TIM5_BASE + 0x2C, !0, !0).or_reset(),
+];
+const TIM5_BASE: u32 = 0x4000_0C00;
+
+/// Bits of a channel in CCMR and CCER: its own input; falling edges, enabled.
+const OWN_INPUT: u32 = 1;
+const FALLING: u32 = 0b11;
 
 static RINGS: PerBus<Ring> = PerBus { nominal: EdgeRing::new(), redundant: EdgeRing::new() };
 
@@ -46,7 +67,11 @@ type Ring = EdgeRing<PER_MICRO>;
 /// Captured edges of one CAN_RX line.
 pub struct Edges {
     ring: &'static Ring,
-    stream: St,
+    /// Number of the stream in DMA1.
+    stream: usize,
+    /// Channel of TIM5, from 0.
+    channel: usize,
+    pin: AlternatePin,
 }
 
 /// Starts the capture of both lines.
@@ -71,16 +96,21 @@ fn go_round(stream: St, capture: *const u32, ring: &'static Ring) {
     stream.ndtr().write(|w| w.set_ndt(EDGES as u16));
     // Completes all earlier writes to the ring before DMA may write.
     fence(Ordering::Release);
-    stream.cr().write(|w| {
-        w.set_chsel(STREAM_CHANNEL);
-        w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
-        w.set_psize(Size::BITS32);
-        w.set_msize(Size::BITS32);
-        w.set_minc(true);
-        w.set_circ(true);
-        w.set_pl(Pl::VERY_HIGH);
-        w.set_en(true);
-    });
+    stream.cr().write_value(stream_settings());
+}
+
+/// Returns the settings of a stream that runs.
+fn stream_settings() -> Cr {
+    let mut settings = Cr(0);
+    settings.set_chsel(STREAM_CHANNEL);
+    settings.set_dir(Dir::PERIPHERAL_TO_MEMORY);
+    settings.set_psize(Size::BITS32);
+    settings.set_msize(Size::BITS32);
+    settings.set_minc(true);
+    settings.set_circ(true);
+    settings.set_pl(Pl::VERY_HIGH);
+    settings.set_en(true);
+    settings
 }
 
 /// Waits for the beginning of the next microsecond of the uptime and returns it. If the uptime stands still, returns it
@@ -97,26 +127,55 @@ impl Edges {
     /// Captures the edges at an input. TIM5 must have its clock and not count yet.
     #[inline(never)] // once for both buses
     fn new(input: EdgeInput, ring: &'static Ring) -> Edges {
-        let EdgeInput { pin: AlternatePin(function, pin), channel, stream } = input;
-        let stream = pac::DMA1.st(stream);
-        let mut pin = Flex::new(pin);
-        // The pull-up keeps an input without wire free of edges.
-        pin.set_as_af_unchecked(function, AfType::input(Pull::Up));
-        // Dropping the pin would disconnect the timer.
-        core::mem::forget(pin);
-        go_round(stream, TIM5.ccr(channel).as_ptr(), ring);
-        TIM5.ccmr_input(channel / 2).modify(|w| w.set_ccs(channel % 2, CcmrInputCcs::TI4));
+        let EdgeInput { mut pin, channel, stream } = input;
+        pin.connect(Direction::Input);
+        let edges = Edges { ring, stream, channel, pin };
+        edges.run();
+        edges
+    }
+
+    /// Stops the channel and its stream, and sets them up. After that earlier edges in the ring match no frame any more.
+    #[inline(never)] // once for both buses, and for a restart
+    fn run(&self) {
+        let (channel, number, stream) = (self.channel, self.stream, self.stream());
+        stream.cr().write_value(Cr(0));
+        // The stream stops when its transfer has ended (RM0090 10.3.17).
+        _ = (0..STOP_POLLS).find(|_| !stream.cr().read().en());
+        pac::DMA1.ifcr(number / 4).write(|w| w.0 = STREAM_FLAGS << [0, 6, 16, 22][number % 4]);
+        // The input of a channel can be selected while the channel is off (RM0090 18.4.7).
+        let (input, edges) = (8 * (channel % 2), 4 * channel);
+        TIM5.ccer().modify(|w| w.0 &= !(0xF << edges));
+        TIM5.ccmr_input(channel / 2).modify(|w| w.0 = w.0 & !(0xFF << input) | OWN_INPUT << input);
+        go_round(stream, self.capture(), self.ring);
         TIM5.dier().modify(|w| w.set_ccde(channel, true));
-        TIM5.ccer().modify(|w| {
-            w.set_ccp(channel, true);
-            w.set_cce(channel, true);
-        });
-        Edges { ring, stream }
+        TIM5.ccer().modify(|w| w.0 |= FALLING << edges);
+    }
+
+    fn stream(&self) -> St {
+        pac::DMA1.st(self.stream)
+    }
+
+    /// Returns the capture register.
+    fn capture(&self) -> *const u32 {
+        TIM5.ccr(self.channel).as_ptr()
+    }
+
+    /// Returns whether the channel and its stream have the settings of [`Edges::run`]. A count beyond the ring would let DMA
+    /// write behind it.
+    fn runs(&self) -> bool {
+        let (channel, stream) = (self.channel, self.stream());
+        stream.cr().read() == stream_settings()
+            && usize::from(stream.ndtr().read().ndt()) <= EDGES
+            && stream.par().read() == self.capture() as u32
+            && stream.m0ar().read() == self.ring.cells().as_ptr() as u32
+            && TIM5.ccmr_input(channel / 2).read().0 >> (8 * (channel % 2)) & 0xFF == OWN_INPUT
+            && TIM5.ccer().read().0 >> (4 * channel) & 0xF == FALLING
+            && TIM5.dier().read().ccde(channel)
     }
 
     /// Returns the index of the ring's cell for the next edge.
     pub(crate) fn next(&self) -> usize {
-        EDGES - usize::from(self.stream.ndtr().read().ndt())
+        EDGES - usize::from(self.stream().ndtr().read().ndt())
     }
 
     /// Returns the number of edges since `next` was read, modulo the size of the ring.
@@ -149,5 +208,13 @@ impl FrameStamps for Edges {
         };
         DIAGNOSTICS.stamps.note(result.map(|stamp| stamp.low::<PER_MICRO>()));
         result.unwrap_or(reported)
+    }
+
+    fn mend(&mut self) {
+        self.pin.mend(Direction::Input);
+        if !self.runs() {
+            registers::count(self.stream().cr().as_ptr() as u32);
+            self.run();
+        }
     }
 }

@@ -5,6 +5,9 @@
 //! failure, and retries without limit: the oscillator may start late, as the clock that a NUCLEO gets from its ST-LINK
 //! does without USB.
 
+#[cfg(feature = "full")]
+mod registers;
+
 use thiserror::Error;
 
 use cortex_m::peripheral::SYST;
@@ -22,6 +25,8 @@ use crate::Uptime;
 use crate::clocks::{Oscillator, OscillatorKind};
 use crate::common::dark;
 use crate::spec::{BoardSpec, clocks_of};
+#[cfg(feature = "full")]
+pub(crate) use registers::REGISTERS;
 
 /// Reads of HSERDY before the board reports that HSE does not run. A read takes 6 to 16 cycles of HSI (16 MHz), which
 /// gives 0.1 to 0.3 s. A crystal takes 2 ms (DS8626 table 34); the vendor's HAL waits 100 ms.

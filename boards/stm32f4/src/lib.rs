@@ -62,6 +62,8 @@ mod clock;
 mod clock_tree;
 #[cfg(target_os = "none")]
 mod common;
+#[cfg(all(target_os = "none", feature = "full"))]
+mod core_registers;
 #[cfg(target_os = "none")]
 mod edges;
 #[cfg(target_os = "none")]
@@ -74,6 +76,8 @@ mod one_controller;
 mod post_mortem;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod pulse;
+#[cfg(target_os = "none")]
+mod registers;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod retained;
 #[cfg(all(target_os = "none", feature = "full"))]
@@ -84,6 +88,8 @@ mod spec;
 mod stamping;
 #[cfg(target_os = "none")]
 mod supervisor;
+#[cfg(all(target_os = "none", feature = "full"))]
+mod time_driver;
 
 /// Functions for the handlers of core exceptions.
 #[cfg(target_os = "none")]

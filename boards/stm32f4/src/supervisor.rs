@@ -20,6 +20,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use pin_project_lite::pin_project;
 
 use crate::post_mortem::{self, ReadLog};
+use crate::registers;
 
 /// Longest period of SysTick in cycles, 24 bits: 99.9 ms at 168 MHz.
 const LONGEST_TICK: u32 = 1 << 24;
@@ -113,6 +114,7 @@ pub fn on_tick(frame: Option<u32>, log: ReadLog) {
     if uptime == TRUSTED {
         post_mortem::trust();
     }
+    registers::on_tick(frame, log);
     let waited = WAITED.load(Ordering::Relaxed) + 1;
     WAITED.store(waited, Ordering::Relaxed);
     if ASKED.load(Ordering::Relaxed) != 0 {

@@ -1,5 +1,6 @@
 //! Parts of a board that its node uses beside ports and clock.
 
+use super::Upsets;
 use crate::emcy::PostMortem;
 use crate::store::{ParameterStore, RetainedMemory};
 
@@ -18,6 +19,8 @@ pub struct Hardware {
     pub post_mortem: PostMortem,
     /// Pattern of late heartbeats, one bit for each heartbeat; zero: none is late. A master does not use it.
     pub late_heartbeats: u32,
+    /// Upsets that the board finds in its registers (2033h). `None`: it looks for none.
+    pub upsets: Option<&'static Upsets>,
 }
 
 impl core::fmt::Debug for Hardware {
@@ -27,6 +30,7 @@ impl core::fmt::Debug for Hardware {
             .field("retained", &self.retained.is_some())
             .field("post_mortem", &self.post_mortem)
             .field("late_heartbeats", &self.late_heartbeats)
+            .field("upsets", &self.upsets)
             .finish()
     }
 }

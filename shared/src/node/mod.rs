@@ -67,6 +67,7 @@ mod spacecraft;
 mod status;
 mod stored;
 mod time_pdos;
+mod upsets;
 
 pub(crate) use async_canopen::node::extend::{BusCommand, ClientNode, Filters, FullDepth, LinkEvent, Turn};
 
@@ -85,6 +86,7 @@ pub use slave_api::{ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, OverBudget, ProtectedIdentity, SelfTest, Spacecraft};
 pub use status::Status;
 pub use time_pdos::{LOCAL_TIME, LOCAL_TIME_PDO, MASTER_TIME, SPACECRAFT_TIME};
+pub use upsets::{FoundUpsets, UpsetObjects, Upsets};
 
 #[cfg(test)]
 mod tests {

@@ -13,6 +13,7 @@ use async_canopen::node::extend::{Part, SlaveCore, Timed};
 
 use super::services::State;
 use super::settings;
+use super::upsets::{UpsetServices, Upsets};
 use super::{ParallelAccess, SlaveEvent, Spacecraft, SpacecraftDevice, Status, objects as own_objects};
 use crate::link::Stamp;
 use crate::link::budget::{Budget, BudgetStep, Over};
@@ -44,14 +45,14 @@ pub struct Slave<D: SpacecraftDevice> {
 
 impl<D: SpacecraftDevice> Slave<D> {
     #[inline(never)] // row `size.pyboard-v11.slave.flash.runner`: 2 282 bytes more without it
-    fn new(id: NodeId, profile: &Profile, application: D) -> Self {
+    fn new(id: NodeId, profile: &Profile, application: D, upsets: Option<&'static Upsets>) -> Self {
         let redundancy = profile.redundancy();
         Slave {
             canopen: SlaveCore::new(
                 id,
                 &settings::of_profile(profile, id),
                 own_objects::at_power_on(id, &redundancy, application),
-                || State::new(profile),
+                || State::new(profile, upsets),
             ),
             redundancy: Timed::new(SlaveRedundancy::new(
                 profile.access(id),
@@ -152,6 +153,7 @@ impl<D: SpacecraftDevice> Slave<D> {
                     let services = self.canopen.services_mut();
                     services.note_heartbeat(stamp);
                     services.on_heartbeat_sent();
+                    services.report_upsets();
                 }
                 let wakes = self.canopen.wakes_mut();
                 self.redundancy.step(wakes, |redundancy| redundancy.on_sent(frame, stamp.at, id));

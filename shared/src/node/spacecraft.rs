@@ -4,7 +4,7 @@
 use crate::emcy::{ErrorCode, PostMortem, PostMortemObjects};
 use crate::heartbeat::HeartbeatTimes;
 use crate::link::port::Health;
-use crate::node::Counters;
+use crate::node::{Counters, UpsetObjects};
 use crate::od::{Objects, Record};
 use crate::redundancy::{Parameters, RedundancyObjects};
 use crate::store::StoreObjects;
@@ -49,6 +49,9 @@ pub struct Spacecraft {
     /// Transmit budget
     #[object(0x2047, record)]
     pub over_budget: OverBudget,
+    /// Objects of upsets
+    #[objects]
+    pub upsets: UpsetObjects,
 }
 
 impl Spacecraft {

@@ -18,7 +18,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use super::MAILBOXES;
 use super::held::Held;
 use super::mailboxes::Mailboxes;
-use super::registers::{clear_errors, enable_sources, oldest, request};
+use super::registers::{clear_errors, enable_sources, oldest, request, sources};
 use super::results::Results;
 use super::status::Status;
 use super::waiting::Waiting;
@@ -116,6 +116,18 @@ impl EventQueue {
     /// Reads the error register for the task. The task is not woken because it takes events next.
     pub(super) fn note_errors(&self, registers: Can) {
         self.with(|queue| note_errors(registers, &mut queue.waiting));
+    }
+
+    /// Compares the enabled interrupts with those that have to be, and enables them. Returns whether they differed.
+    pub(super) fn mend_sources(&self, registers: Can) -> bool {
+        self.with(|queue| {
+            let enables = queue.waiting.errors.enables();
+            let differ = registers.ier().read() != sources(enables);
+            if differ {
+                enable_sources(registers, enables);
+            }
+            differ
+        })
     }
 
     /// Returns whether a frame waits in its mailbox.

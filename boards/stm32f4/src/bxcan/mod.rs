@@ -22,6 +22,8 @@ mod status;
 mod waiting;
 
 #[cfg(target_os = "none")]
+mod banks;
+#[cfg(target_os = "none")]
 mod controller;
 #[cfg(target_os = "none")]
 mod events;
@@ -33,6 +35,8 @@ mod lines;
 mod port;
 #[cfg(target_os = "none")]
 mod registers;
+#[cfg(target_os = "none")]
+mod upsets;
 
 #[cfg(target_os = "none")]
 pub use {

@@ -114,6 +114,23 @@ impl Mode {
         recovers.then(|| self.enter(Step::Entering, Request::Init, now))
     }
 
+    /// Returns whether INRQ is set.
+    pub fn is_init(&self) -> bool {
+        matches!(self.step, Step::Entering | Step::Silent)
+    }
+
+    /// Returns the configured value of SILM. `None`: the settings are not written yet.
+    pub fn configured(&self) -> Option<bool> {
+        self.configured
+    }
+
+    /// Notes that a setting or the mode itself was lost: the settings are written again, in Init mode. A controller on its bus
+    /// leaves it and joins again. The returned request is to be written at once.
+    pub fn lose(&mut self, now: Instant) -> Option<Request> {
+        self.configured = None;
+        self.is_init().then(|| self.enter(Step::Entering, Request::Init, now))
+    }
+
     /// Returns the next write. Call it after every change until it returns `None`.
     pub fn advance(&mut self, seen: Seen, now: Instant) -> Option<Request> {
         match self.step {
@@ -217,6 +234,39 @@ mod tests {
         assert!(!mode.is_settled(), "INAK falls after 11 recessive bits");
         assert_eq!(requests(&mut mode, NORMAL, ms(3)), []);
         assert!(mode.is_settled());
+    }
+
+    /// Given a controller on its bus, when a setting is lost, then it leaves the bus by Init mode, is configured and joins again.
+    #[test]
+    fn lost_setting_is_written_again_in_init_mode() {
+        let mut mode = on_bus();
+        assert_eq!(mode.lose(ms(3)), None);
+        assert_eq!(requests(&mut mode, SENDING, ms(3)), [Request::Abort]);
+        assert_eq!(requests(&mut mode, NORMAL, ms(4)), [Request::Init]);
+        assert_eq!(requests(&mut mode, INIT, ms(5)), [CONFIGURE, Request::Normal]);
+        assert_eq!(requests(&mut mode, NORMAL, ms(6)), []);
+        assert!(mode.is_settled() && !mode.is_init());
+    }
+
+    /// Given a controller in Init mode, when INRQ is lost, so that it joins its bus, then INRQ is set again, and the controller is
+    /// silent.
+    #[test]
+    fn silent_controller_that_lost_inrq_becomes_silent_again() {
+        let mut mode = silent();
+        assert_eq!(mode.lose(ms(1)), Some(Request::Init));
+        assert_eq!(requests(&mut mode, NORMAL, ms(1)), []);
+        assert_eq!(requests(&mut mode, INIT, ms(2)), [CONFIGURE]);
+        assert!(mode.is_silent());
+    }
+
+    /// Given a controller that enters Init mode for the first time, when INRQ is lost, then it is set again.
+    #[test]
+    fn inrq_that_is_lost_while_entering_is_set_again() {
+        let mut mode = Mode::entering(FAST, ms(0));
+        assert_eq!(mode.configured(), None);
+        assert_eq!(mode.lose(ms(1)), Some(Request::Init));
+        assert_eq!(requests(&mut mode, INIT, ms(2)), [CONFIGURE]);
+        assert_eq!((mode.configured(), mode.is_silent()), (Some(false), true));
     }
 
     /// Verifies: ECSS 8.2.1a.1

@@ -13,29 +13,28 @@ use ecss_can::link::one_controller::Movable;
 use ecss_can::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
 use ecss_can::runner::Clock;
 use ecss_can::types::{CobId, Frame};
-use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::Priority;
 use embassy_stm32::interrupt::typelevel::Interrupt;
 use embassy_stm32::pac::can::Can;
-use embassy_stm32::{pac, rcc};
+use embassy_stm32::rcc;
 use embassy_time::{Duration, Timer};
 
 #[cfg(feature = "full")]
 pub use selftest::{CaptureFault, ControllerFault, LineFault};
 
 use super::MAILBOXES;
+use super::banks;
 use super::controller::{self, BANKS, Controller};
 use super::events::EventQueue;
-use super::filters::half_bank;
 use super::held::Held;
 use super::interrupts::ControllerInterrupts;
 use super::lines::CanLines;
 use super::mailboxes::Mailboxes;
 use super::mode::{Mode, Request, Seen};
-use super::registers::{enable_sources, request};
+use super::registers::{enable_sources, mode, request};
 use super::status::{Enables, Status};
 use crate::Uptime;
-use crate::alternate::AlternatePin;
+use crate::alternate::{AlternatePin, Direction};
 use crate::stamping::FrameStamps;
 
 /// Lower than the priority of the timer driver, whose interrupt maintains the time of the stamps.
@@ -53,19 +52,23 @@ const TICKS_PER_CLOCK: u32 = 2;
 
 /// A bxCAN controller on its bus.
 pub struct Port<S> {
-    registers: Can,
-    first_bank: usize,
+    pub(super) registers: Can,
+    pub(super) first_bank: usize,
     /// Number of filters in use, two in each bank.
-    filters: usize,
-    events: &'static EventQueue,
+    pub(super) filters: usize,
+    pub(super) events: &'static EventQueue,
     mailboxes: Mailboxes,
-    timing: BitTiming,
-    stamps: S,
-    mode: Mode,
+    pub(super) timing: BitTiming,
+    pub(super) stamps: S,
+    pub(super) mode: Mode,
+    pub(super) rx: AlternatePin,
+    pub(super) tx: AlternatePin,
+    /// Part of the registers that was compared last.
+    pub(super) compared: u8,
     /// A recovery from bus-off may be in progress.
     recovering: bool,
     /// No change is in progress that needs polling.
-    is_quiet: bool,
+    pub(super) is_quiet: bool,
     /// Timer until the next poll of changes that raise no interrupt.
     look: Option<Timer>,
 }
@@ -94,26 +97,24 @@ impl<S> Port<S> {
             timing,
             stamps,
             mode: Mode::entering(timing.bit_rate(), Uptime.now()),
+            rx: lines.rx,
+            tx: lines.tx,
+            compared: 0,
             recovering: false,
             is_quiet: false,
             look: None,
         }
-        .started([lines.rx, lines.tx])
+        .started()
     }
 
     /// Requests Init mode and connects the pins.
     #[inline(never)] // once for both controllers
-    fn started(mut self, [AlternatePin(rx, rx_pin), AlternatePin(tx, tx_pin)]: [AlternatePin; 2]) -> Port<S> {
-        let (mut rx_pin, mut tx_pin) = (Flex::new(rx_pin), Flex::new(tx_pin));
-        // All other bits are off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
-        self.registers.mcr().write(|w| w.set_inrq(true));
+    fn started(mut self) -> Port<S> {
+        self.obey(Request::Init);
         enable_sources(self.registers, Enables::ALL);
-        // The pins are connected last, because CAN_TX is recessive in Init mode. The pull-up keeps a port without
-        // transceiver recessive.
-        rx_pin.set_as_af_unchecked(rx, AfType::input(Pull::Up));
-        tx_pin.set_as_af_unchecked(tx, AfType::output(OutputType::PushPull, Speed::VeryHigh));
-        // Dropping the pins would disconnect the controller.
-        core::mem::forget([rx_pin, tx_pin]);
+        // The pins are connected last, because CAN_TX is recessive in Init mode.
+        self.rx.connect(Direction::Input);
+        self.tx.connect(Direction::Output);
         for _ in 0..INIT_POLLS {
             self.advance();
             if self.mode.is_settled() {
@@ -123,8 +124,14 @@ impl<S> Port<S> {
         self
     }
 
+    fn write_filter(&mut self, number: usize, filter: Filter) {
+        if number < self.filters {
+            banks::write(self.first_bank, self.filters, number, filter);
+        }
+    }
+
     /// Continues the change of mode in progress.
-    fn advance(&mut self) {
+    pub(super) fn advance(&mut self) {
         while let Some(request) = self.mode.advance(self.seen(), Uptime.now()) {
             self.obey(request);
         }
@@ -142,14 +149,14 @@ impl<S> Port<S> {
         self.advance();
     }
 
-    fn obey(&self, request: Request) {
+    pub(super) fn obey(&self, request: Request) {
         match request {
             Request::Configure { listens } => controller::configure(self.registers, self.timing, listens),
             // In rising order: a waiting frame is in a lower mailbox than the last frame before it, and the end of that
             // one would request it.
             Request::Abort => (0..MAILBOXES).for_each(|n| self.give_up(Mailbox(n as u8))),
-            Request::Init => self.registers.mcr().modify(|w| w.set_inrq(true)),
-            Request::Normal => self.registers.mcr().modify(|w| w.set_inrq(false)),
+            Request::Init => self.registers.mcr().write_value(mode(true)),
+            Request::Normal => self.registers.mcr().write_value(mode(false)),
         }
     }
 
@@ -204,26 +211,6 @@ impl<S> Port<S> {
     }
 }
 
-/// Sets all banks to 16-bit masks into the first FIFO, assigns half of them to each controller, and activates them.
-/// Does nothing if they are set already: they are not after a reset or a flipped bit. Neither controller receives
-/// during the change (RM0090 32.9.4).
-fn prepare_banks() {
-    let block = pac::CAN1;
-    let fmr = block.fmr().read();
-    let kinds = block.fm1r().read().0 | block.fs1r().read().0 | block.ffa1r().read().0;
-    if kinds == 0 && !fmr.finit() && fmr.can2sb() == BANKS as u8 {
-        return;
-    }
-    block.fmr().modify(|w| {
-        w.set_finit(true);
-        w.set_can2sb(BANKS as u8);
-    });
-    block.fm1r().write(|w| w.0 = 0);
-    block.fs1r().write(|w| w.0 = 0);
-    block.ffa1r().write(|w| w.0 = 0);
-    block.fmr().modify(|w| w.set_finit(false));
-}
-
 fn enable<I: Interrupt>() {
     I::set_priority(PRIORITY);
     // SAFETY: the handler is bound, and its state is a static behind a critical section. No critical section relies on
@@ -239,35 +226,16 @@ impl<S: FrameStamps> CanPort for Port<S> {
 
     fn set_filters(&mut self, filters: &[Filter]) {
         self.filters = filters.len();
+        banks::prepare();
         for (number, filter) in (0..).zip(filters) {
-            self.set_filter(number, *filter);
+            self.write_filter(number, *filter);
         }
     }
 
+    /// Sets a filter. The runner calls it ten times a second, so it also compares registers with what they have to be.
     fn set_filter(&mut self, number: u8, filter: Filter) {
-        let number = usize::from(number);
-        let (block, bank) = (pac::CAN1, self.first_bank + number / 2);
-        if number >= self.filters || bank >= 2 * BANKS {
-            return;
-        }
-        prepare_banks();
-        let (registers, half) = (block.fb(bank), half_bank(filter));
-        let held = [registers.fr1().read().0, registers.fr2().read().0];
-        let mut wanted = held;
-        wanted[number % 2] = half;
-        // With an odd number of filters the second half repeats the last filter: an empty half would admit identifier
-        // 0.
-        if number + 1 == self.filters {
-            wanted[1] = half;
-        }
-        if wanted == held && block.fa1r().read().fact(bank) {
-            return;
-        }
-        // A bank that is not active may be written while the others work (RM0090 32.7.4).
-        block.fa1r().modify(|w| w.set_fact(bank, false));
-        registers.fr1().write(|w| w.0 = wanted[0]);
-        registers.fr2().write(|w| w.0 = wanted[1]);
-        block.fa1r().modify(|w| w.set_fact(bank, true));
+        self.mend_next();
+        self.write_filter(number.into(), filter);
     }
 
     fn join(&mut self) {

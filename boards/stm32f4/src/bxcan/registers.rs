@@ -3,6 +3,7 @@
 use ecss_can::link::port::Mailbox;
 use ecss_can::types::{CobId, Frame};
 use embassy_stm32::pac::can::Can;
+use embassy_stm32::pac::can::regs::{Ier, Mcr};
 
 use super::MAILBOXES;
 use super::status::Enables;
@@ -19,15 +20,27 @@ pub(super) fn clear_errors(registers: Can) {
 
 /// Enables interrupts. LECIE stays off: on a cut bus it would raise an interrupt at every attempt.
 pub(super) fn enable_sources(registers: Can, errors: Enables) {
-    registers.ier().write(|w| {
-        w.set_tmeie(true);
-        w.set_fmpie(0, true);
-        w.set_fovie(0, true);
-        w.set_ewgie(errors.warning);
-        w.set_epvie(errors.passive);
-        w.set_bofie(errors.bus_off);
-        w.set_errie(true);
-    });
+    registers.ier().write_value(sources(errors));
+}
+
+/// Returns the enabled interrupts.
+pub(super) fn sources(errors: Enables) -> Ier {
+    let mut sources = Ier(0);
+    sources.set_tmeie(true);
+    sources.set_fmpie(0, true);
+    sources.set_fovie(0, true);
+    sources.set_ewgie(errors.warning);
+    sources.set_epvie(errors.passive);
+    sources.set_bofie(errors.bus_off);
+    sources.set_errie(true);
+    sources
+}
+
+/// Returns the mode of a controller, in Init mode or not. All other bits are off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
+pub(super) fn mode(is_init: bool) -> Mcr {
+    let mut mode = Mcr(0);
+    mode.set_inrq(is_init);
+    mode
 }
 
 /// Returns the frame at the output of FIFO 0. The filters admit 11-bit data frames only.

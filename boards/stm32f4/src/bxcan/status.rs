@@ -144,6 +144,12 @@ impl ErrorLog {
         now != self.latest || self.masked
     }
 
+    /// Returns the flags that may raise the error interrupt, as [`ErrorLog::note`] and [`ErrorLog::on_interrupt`] returned
+    /// them last.
+    pub fn enables(&self) -> Enables {
+        self.latest.enables(self.repeats || self.masked)
+    }
+
     /// Records the present value of the register. Returns the flags that may raise the error interrupt from now on.
     pub fn note(&mut self, now: Status) -> Enables {
         (self.masked, self.changed) = (false, true);
@@ -332,6 +338,20 @@ mod tests {
         assert_eq!(log.on_interrupt(ALONE, false), Enables::ALL);
         assert_eq!(log.on_interrupt(OFF, false), Enables { warning: false, passive: false, bus_off: true });
         assert_eq!(log.note(ACTIVE), Enables::ALL);
+    }
+
+    #[test]
+    fn enabled_flags_are_those_that_were_returned_last() {
+        let mut log = ErrorLog::new();
+        assert_eq!(log.enables(), Enables::ALL);
+        for (status, repeated) in
+            [(PASSIVE, false), (PASSIVE, false), (OFF, false), (PASSIVE, true), (WARNING, false)]
+        {
+            let enables = log.on_interrupt(status, repeated);
+            assert_eq!(log.enables(), enables, "{status:?}");
+            let enables = log.note(ACTIVE);
+            assert_eq!(log.enables(), enables, "{status:?}, then active");
+        }
     }
 
     #[test]

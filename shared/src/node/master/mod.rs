@@ -75,7 +75,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     // One expression of calls, inlined where the master stays, so that each part is made in its place (row
     // `size.pyboard-v11.master.stack`). With `inline(never)` here alone the master of the pyboard does not start.
     fn new(boards: B, profile: &Profile, device: D, hardware: Hardware) -> Self {
-        let Hardware { store, post_mortem, .. } = hardware;
+        let Hardware { store, post_mortem, upsets, .. } = hardware;
         let initial = Initial::new(profile);
         Master {
             clashes: StateClashes::default(),
@@ -97,7 +97,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
                 || initial.objects(profile, device, post_mortem),
                 Stored::new(store),
                 &settings::of_profile(profile, NodeId::MASTER),
-                || State::new(profile),
+                || State::new(profile, upsets),
             ),
             initial,
         }

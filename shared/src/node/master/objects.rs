@@ -17,6 +17,7 @@ use crate::node::index::{
 };
 use crate::node::network_objects::entry;
 use crate::node::services::{LiveServices, TimeServices};
+use crate::node::upsets::UpsetServices;
 use crate::node::{Filters, NodeObjects, Ranging, SelfTest, SpacecraftDevice};
 use crate::redundancy::{MasterBoards, Sending};
 use crate::types::{Address, Bus, CobId, Frame, Instant, NmtState, NodeId};
@@ -245,7 +246,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         ids.into_iter().flatten().chain(time)
     }
 
-    /// Looks for flipped bits, a little with each heartbeat: in its Node-ID and in COB-IDs (ECSS 6.10d, k).
+    /// Looks for flipped bits, a little with each heartbeat: in its Node-ID and in COB-IDs (ECSS 6.10d, k). Reports those that the
+    /// board found.
     pub(super) fn scrub(&mut self, turn: &Turn) {
         self.services.compare_node_ids(&mut { NodeId::MASTER });
         if self.services.compare_cob_ids(turn.now) {
@@ -253,6 +255,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             // A bus may have taken a filter from the object that was wrong.
             self.note_filters();
         }
+        self.services.report_upsets();
     }
 
     /// Notes that filters may have changed.

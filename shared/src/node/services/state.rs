@@ -2,6 +2,7 @@
 
 use super::live::is_live;
 use super::mapped::{MappedTime, carries_time, has};
+use crate::node::Upsets;
 use crate::node::index::CLOCK_QUALITY;
 use crate::od::INVALID;
 use crate::pdo::PdoSlots;
@@ -31,6 +32,8 @@ pub struct State<P: PdoSlots, S: SdoServers> {
     notes_syncs: bool,
     /// `true` until the boot-up message was sent: then the last reset is reported.
     is_reset_due: bool,
+    /// Upsets that the board finds.
+    upsets: Option<&'static Upsets>,
 }
 
 /// Samples of the time for a client that is not the last one to read it: that of another SDO server.
@@ -42,8 +45,8 @@ pub struct OtherClient {
 }
 
 impl<P: PdoSlots, S: SdoServers> State<P, S> {
-    /// Makes the state at power-on. The clock is not set.
-    pub fn new(profile: &Profile) -> Self {
+    /// Makes the state at power-on. The clock is not set. `upsets`: those that the board finds.
+    pub fn new(profile: &Profile, upsets: Option<&'static Upsets>) -> Self {
         State {
             time: TimeService::new(&profile.clocks, profile.network.longest_delay()),
             other_client: S::second(OtherClient::default),
@@ -54,6 +57,7 @@ impl<P: PdoSlots, S: SdoServers> State<P, S> {
             carries_quality: false,
             notes_syncs: false,
             is_reset_due: true,
+            upsets,
         }
     }
 
@@ -99,6 +103,11 @@ impl<P: PdoSlots, S: SdoServers> State<P, S> {
     /// Returns whether the last reset is to be reported now, once.
     pub const fn take_reset(&mut self) -> bool {
         core::mem::replace(&mut self.is_reset_due, false)
+    }
+
+    /// Returns the upsets that the board finds.
+    pub const fn upsets(&self) -> Option<&'static Upsets> {
+        self.upsets
     }
 
     /// Returns whether a receive PDO carries the time of the last SYNC.

@@ -80,7 +80,7 @@ impl<D: SpacecraftDevice> SlaveBuilder<'_, D> {
     #[inline(always)] // row `size.pyboard-v11.slave.stack`: made in its place
     pub fn build(self) -> Slave<D> {
         let SlaveBuilder { id, profile, device, hardware } = self;
-        let mut slave = Slave::new(id, profile, device);
+        let mut slave = Slave::new(id, profile, device, hardware.upsets);
         slave.equip(hardware);
         slave
     }
@@ -89,7 +89,7 @@ impl<D: SpacecraftDevice> SlaveBuilder<'_, D> {
 impl<D: SpacecraftDevice> Slave<D> {
     /// Takes what the board has, before power-on.
     fn equip(&mut self, hardware: Hardware) {
-        let Hardware { store, retained, post_mortem, late_heartbeats } = hardware;
+        let Hardware { store, retained, post_mortem, late_heartbeats, .. } = hardware;
         self.canopen.services_mut().objects_mut().extension.set_post_mortem(post_mortem);
         if self.canopen.control().id() == MAINTENANCE {
             return self.maintain(store);

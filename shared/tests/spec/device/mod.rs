@@ -16,6 +16,7 @@ mod saving;
 mod storing;
 mod sync;
 mod transfers;
+mod upsets;
 
 use ecss_can::link::port::Filter;
 use ecss_can::node::extend::BusCommand;

@@ -31,6 +31,7 @@ fn the_last_reset_is_reported_once_after_the_boot_up_message() {
         (PostMortem::WATCHDOG, [0x00, 0x61], 0x01),
         (PostMortem::BROWN_OUT, [0x00, 0x32], 0x05),
         (PostMortem::OSCILLATOR, [0x00, 0x50], 0x01),
+        (PostMortem::REGISTER, [0x00, 0x50], 0x01),
     ];
     for (cause, [low, high], register) in causes {
         let mut slave = reset(PostMortem { cause, ..RECORD });

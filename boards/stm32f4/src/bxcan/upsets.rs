@@ -1,0 +1,61 @@
+//! Registers of a port that are compared with what they have to be, and mended.
+//!
+//! The runner sets a filter again ten times a second. With each of them the port compares one part of its registers. So all are
+//! compared within half a second, by short steps (row `rx.inside_look`). The values are derived from the state of the port.
+
+use ecss_can::runner::Clock;
+use embassy_stm32::pac::can::Can;
+
+use super::port::Port;
+use super::{banks, controller, registers};
+use crate::Uptime;
+#[cfg(feature = "full")]
+use crate::alternate::Direction;
+use crate::registers::count;
+use crate::stamping::FrameStamps;
+
+/// Parts that are compared in turn.
+const PARTS: u8 = 4;
+
+impl<S: FrameStamps> Port<S> {
+    /// Compares the next part and mends it.
+    pub(super) fn mend_next(&mut self) {
+        self.compared = (self.compared + 1) % PARTS;
+        match self.compared {
+            0 => self.mend_controller(),
+            1 => banks::mend(self.first_bank, self.filters),
+            #[cfg(feature = "full")]
+            2 => {
+                self.rx.mend(Direction::Input);
+                self.tx.mend(Direction::Output);
+            }
+            _ => self.stamps.mend(),
+        }
+    }
+
+    /// Enables the interrupts again. For mode and bit timing the controller leaves its bus and joins again.
+    fn mend_controller(&mut self) {
+        let controller = self.registers;
+        if self.events.mend_sources(controller) {
+            count(controller.ier().as_ptr() as u32);
+        }
+        controller::mend_interrupts(self.first_bank);
+        let Some(address) = self.lost_setting(controller) else { return };
+        count(address);
+        if let Some(request) = self.mode.lose(Uptime.now()) {
+            self.obey(request);
+        }
+        self.is_quiet = false;
+        self.advance();
+    }
+
+    /// Returns the address of MCR or BTR if it is not as the port has written it.
+    fn lost_setting(&self, controller: Can) -> Option<u32> {
+        if controller.mcr().read() != registers::mode(self.mode.is_init()) {
+            return Some(controller.mcr().as_ptr() as u32);
+        }
+        let listens = self.mode.configured()?;
+        let is_lost = controller.btr().read() != controller::settings(self.timing, listens);
+        is_lost.then(|| controller.btr().as_ptr() as u32)
+    }
+}
