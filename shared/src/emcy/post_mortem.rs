@@ -10,7 +10,7 @@ pub struct PostMortem {
     /// Cause
     ///
     /// 0 none: power-on, a command or the reset pin. 1 panic, 2 fault, 3 stack overflow, 4 task that did not answer, 5
-    /// watchdog, 6 brown-out, 7 oscillator.
+    /// watchdog, 6 brown-out, 7 oscillator, 8 time base.
     #[sub(1, ro)]
     pub cause: u8,
     /// Resets in a row
@@ -26,7 +26,7 @@ pub struct PostMortem {
     /// Task
     ///
     /// First four characters of the name of the task that was polled last, the first one in the lowest byte; zero if
-    /// none was.
+    /// none was. With the cause time base: of the counter, `TIM2`, `TIM5` or `SYST`.
     #[sub(4, ro)]
     pub task: u32,
     /// Dump
@@ -53,6 +53,8 @@ impl PostMortem {
     pub const BROWN_OUT: u8 = 6;
     /// Value of `cause`: the oscillator stopped.
     pub const OSCILLATOR: u8 = 7;
+    /// Value of `cause`: one of several counters of time stopped, jumped or had another rate.
+    pub const TIME_BASE: u8 = 8;
 
     /// Returns code and manufacturer-specific bytes of the emergency that reports it: the cause and the program
     /// counter, little-endian. `None` without a cause.
@@ -60,7 +62,7 @@ impl PostMortem {
         let code = match self.cause {
             Self::NONE => return None,
             Self::BROWN_OUT => ErrorCode::VOLTAGE_INSIDE,
-            Self::OSCILLATOR => ErrorCode::HARDWARE,
+            Self::OSCILLATOR | Self::TIME_BASE => ErrorCode::HARDWARE,
             _ => ErrorCode::SOFTWARE_INTERNAL,
         };
         let [a, b, c, d] = self.pc.to_le_bytes();

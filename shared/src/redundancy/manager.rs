@@ -302,6 +302,11 @@ impl<const N: usize> Manager<N> {
         Some(Action::Heartbeat { bus: self.active, frame })
     }
 
+    /// Returns whether the heartbeats are on schedule, as [`Producer::is_on_schedule`].
+    pub fn is_on_schedule(&self, now: Instant) -> bool {
+        self.heartbeat.is_on_schedule(now)
+    }
+
     /// Returns when to call [`Manager::poll`] next.
     pub fn deadline(&self) -> Option<Instant> {
         let isolated = self.isolated_at().filter(|_| self.may_leave());

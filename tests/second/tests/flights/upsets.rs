@@ -1,20 +1,41 @@
 //! Aimed upsets of a spacecraft with one master, and their outcomes.
 
-use ecss_can_cli::campaign::upsets::fly::fly;
+use can_twin::spacecraft::BoardId;
+use ecss_can_cli::campaign::upsets::fly::{Flown, fly};
 use ecss_can_cli::campaign::upsets::outcome::Outcome;
 use ecss_can_cli::campaign::upsets::place::Upset;
 use ecss_can_cli::campaign::upsets::world::World;
 
+/// Instant of the upsets, microseconds.
+const AT_US: u64 = 5_499_455;
+/// Index of the slave with parallel access.
+const SLAVE: usize = 1;
+
 /// Upsets of the slave with parallel access: name, place, outcome.
-const AIMED: [(&str, &str, Outcome); 12] = [
-    // Without time base nothing happens any more, and the watchdog is fed.
-    ("TIM2.CR1 bit 0", "peripherals board=1 address=40000000 bit=0", Outcome::NotRecovered),
-    ("TIM2.PSC bit 5", "peripherals board=1 address=40000028 bit=5", Outcome::NotRecovered),
-    ("TIM2.CNT bit 16", "peripherals board=1 address=40000024 bit=16", Outcome::NotRecovered),
-    ("NVIC.ISER0 bit 28", "peripherals board=1 address=E000E100 bit=28", Outcome::NotRecovered),
-    ("BASEPRI bit 4", "masks board=1 register=BASEPRI bit=4", Outcome::NotRecovered),
-    // The watchdog resets the board late: the master changes the bus, and the slave with selective access has to search.
-    ("PRIMASK bit 0", "masks board=1 register=PRIMASK bit=0", Outcome::OthersLose),
+const AIMED: [(&str, &str, Outcome); 26] = [
+    // Time stops, jumps or has another rate: a counter differs from the others.
+    ("TIM2.CR1 bit 0", "peripherals board=1 address=40000000 bit=0", Outcome::Reset),
+    ("TIM2.CR1 bit 1", "peripherals board=1 address=40000000 bit=1", Outcome::Reset),
+    ("TIM2.PSC bit 0", "peripherals board=1 address=40000028 bit=0", Outcome::Reset),
+    ("TIM2.PSC bit 5", "peripherals board=1 address=40000028 bit=5", Outcome::Reset),
+    ("TIM2.ARR bit 15", "peripherals board=1 address=4000002C bit=15", Outcome::Reset),
+    ("TIM2.CNT bit 9", "peripherals board=1 address=40000024 bit=9", Outcome::Reset),
+    ("TIM2.CNT bit 16", "peripherals board=1 address=40000024 bit=16", Outcome::Reset),
+    ("NVIC.ISER0 bit 28", "peripherals board=1 address=E000E100 bit=28", Outcome::Reset),
+    ("TIM5.CR1 bit 0", "peripherals board=1 address=40000C00 bit=0", Outcome::Reset),
+    ("TIM5.PSC bit 0", "peripherals board=1 address=40000C28 bit=0", Outcome::Reset),
+    ("TIM5.CNT bit 31", "peripherals board=1 address=40000C24 bit=31", Outcome::Reset),
+    ("SysTick.LOAD bit 23", "peripherals board=1 address=E000E014 bit=23", Outcome::Reset),
+    ("SysTick.VAL bit 22", "peripherals board=1 address=E000E018 bit=22", Outcome::Reset),
+    ("SysTick.CTRL bit 2", "peripherals board=1 address=E000E010 bit=2", Outcome::Reset),
+    // The supervisor does not run: the watchdog expires.
+    ("SysTick.CTRL bit 0", "peripherals board=1 address=E000E010 bit=0", Outcome::Reset),
+    ("SysTick.CTRL bit 1", "peripherals board=1 address=E000E010 bit=1", Outcome::Reset),
+    ("SCB.VTOR bit 20", "peripherals board=1 address=E000ED08 bit=20", Outcome::Reset),
+    ("PRIMASK bit 0", "masks board=1 register=PRIMASK bit=0", Outcome::Reset),
+    ("FAULTMASK bit 0", "masks board=1 register=FAULTMASK bit=0", Outcome::Reset),
+    // The supervisor clears it.
+    ("BASEPRI bit 4", "masks board=1 register=BASEPRI bit=4", Outcome::Reset),
     // Interrupt of the first FIFO.
     ("CAN1.IER bit 1", "peripherals board=1 address=40006414 bit=1", Outcome::NotRecovered),
     // The driver mends what all filter banks share.
@@ -26,19 +47,40 @@ const AIMED: [(&str, &str, Outcome); 12] = [
     ("RCC.PLLCFGR bit 7", "peripherals board=1 address=40023804 bit=7", Outcome::Unjudged),
 ];
 
+/// Upsets of variables of the supervisor in the slave with parallel access: symbol, bit, outcome.
+const IN_RAM: [(&str, u32, Outcome); 7] = [
+    ("UPTIME", 31, Outcome::None),
+    ("UPTIME", 0, Outcome::Reset),
+    // No task has the number of the one that was asked.
+    ("ASKED", 31, Outcome::Reset),
+    ("TURN", 31, Outcome::None),
+    ("WAITED", 31, Outcome::None),
+    ("counters::OFFSET", 31, Outcome::Reset),
+    ("counters::IS_CAPTURING", 0, Outcome::None),
+];
+
+/// Flies an upset of the spacecraft with one master.
+fn fly_aimed(world: &World, place: &str) -> Flown {
+    let upset: Upset = format!("upset masters=1 at={AT_US} place={place}").parse().expect(place);
+    fly(world, &upset)
+}
+
 /// Given a spacecraft in flight, when one bit flips, then the outcome is the known one.
 #[test]
 fn aimed_upsets_have_known_outcomes() {
     let world = World::prepare(1, 1, false).expect("images");
-    let wrong: Vec<String> = AIMED
-        .iter()
-        .filter_map(|(name, place, expected)| {
-            let text = format!("upset masters=1 at=5499455 place={place}");
-            let upset: Upset = text.parse().expect(name);
-            let flown = fly(&world, &upset);
-            let is_named = flown.name.contains(name);
-            (flown.outcome != *expected || !is_named).then(|| format!("{name}: {flown:?}"))
-        })
-        .collect();
-    assert_eq!(wrong, [""; 0]);
+    let registers = AIMED.iter().filter_map(|(name, place, expected)| {
+        let flown = fly_aimed(&world, place);
+        let is_named = flown.name.contains(name);
+        (flown.outcome != *expected || !is_named).then(|| format!("{name}: {flown:?}"))
+    });
+    let flight = world.flight_at(AT_US);
+    let slave = flight.craft.board(BoardId(SLAVE));
+    let variables = IN_RAM.iter().filter_map(|(name, bit, expected)| {
+        let symbol = format!("ecss_can_stm32f4::supervisor::{name}");
+        let address = slave.symbol(&symbol).expect(name).address + bit / 8;
+        let flown = fly_aimed(&world, &format!("ram board={SLAVE} address={address:08X} bit={}", bit % 8));
+        (flown.outcome != *expected).then(|| format!("{name} bit {bit}: {flown:?}"))
+    });
+    assert_eq!(registers.chain(variables).collect::<Vec<_>>(), [""; 0]);
 }
