@@ -76,7 +76,7 @@ static UPTIME: AtomicI32 = AtomicI32::new(0);
 
 /// Converts seconds to ticks.
 const fn ticks(seconds: u64) -> i32 {
-    (seconds * TIMERS as u64 >> counters::TICK) as i32 + 1
+    ((seconds * TIMERS as u64) >> counters::TICK) as i32 + 1
 }
 
 /// Starts watchdog and supervisor; `hclk` is the clock of the core in Hz. After too many resets in a row the board is silent first, for 10 minutes and more.

@@ -41,7 +41,7 @@ static IS_CAPTURING: AtomicBool = AtomicBool::new(false);
 
 /// Returns the reload value of SysTick for a core clock of `hclk` Hz, 84 MHz or 168 MHz.
 pub fn reload(hclk: u32) -> u32 {
-    (hclk / TIMERS << TICK) - 1
+    ((hclk / TIMERS) << TICK) - 1
 }
 
 /// Adds TIM5 to the comparison: from now on its count is the uptime in cycles of the timers.

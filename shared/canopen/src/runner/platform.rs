@@ -24,6 +24,6 @@ pub trait Clock {
     async fn at(&self, deadline: Instant);
 
     /// Notes that [the node is on schedule](crate::node::Node::is_on_schedule). The node calls it whenever it did what was
-    /// due. A board that hears nothing for longer than its supervisor allows resets itself.
+    /// due. A board that gets no such note for longer than its supervisor allows is reset.
     fn on_schedule(&self) {}
 }

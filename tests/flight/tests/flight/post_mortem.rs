@@ -118,6 +118,21 @@ fn hung_task_is_recorded_and_reported() {
     }
 }
 
+/// Given a slave whose count of uptime became negative by a flipped bit, when a task hangs, then the supervisor resets the board
+/// as before.
+#[test]
+fn hung_task_is_reset_after_an_upset_of_the_uptime() {
+    let mut flight = flown();
+    let board = flight.emulated_mut(RESET_SLAVE);
+    // The compiler keeps the only field of the static.
+    let uptime = board.symbol("ecss_can_stm32f4::supervisor::UPTIME.0").unwrap().address;
+    board.flip_memory(uptime + 3, 7).unwrap();
+    let task = tasks(&flight, RESET_SLAVE)[2];
+    let ended = end_program(&mut flight, RESET_SLAVE, task, &halfwords(&HANG));
+    flight.fly(ended + OPERATIONAL_AFTER);
+    assert_reported(&flight, ended, LATE_TASK, BODY);
+}
+
 /// Given a slave, when its program reaches an undefined instruction, then the record has its address, and is in the
 /// dictionary.
 ///
