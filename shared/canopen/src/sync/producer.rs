@@ -119,14 +119,14 @@ impl Producer {
         Some(Frame::of(id, [self.counter]))
     }
 
+    /// Returns when the next SYNC is due.
+    pub fn deadline(&self) -> Option<Instant> {
+        self.timer.deadline().map(|due| due + self.late)
+    }
+
     /// Returns whether the producer was not started, or the next SYNC is due within two periods, or was due less than two
     /// periods ago.
     pub fn is_on_schedule(&self, now: Instant) -> bool {
         !self.running || self.timer.is_on_schedule(now)
-    }
-
-    /// Returns when the next SYNC is due.
-    pub fn deadline(&self) -> Option<Instant> {
-        self.timer.deadline().map(|due| due + self.late)
     }
 }
