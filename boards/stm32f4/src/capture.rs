@@ -31,7 +31,7 @@ use crate::clocks;
 use crate::edges::EdgeInput;
 use crate::registers::{self, Register};
 use crate::stamping::FrameStamps;
-use crate::{DIAGNOSTICS, Uptime};
+use crate::{DIAGNOSTICS, Uptime, supervisor};
 
 /// TIM5 is at this channel of each stream (RM0090 table 42).
 const STREAM_CHANNEL: u8 = 6;
@@ -85,6 +85,7 @@ pub fn start(_timer: Peri<'static, peripherals::TIM5>, inputs: PerBus<EdgeInput>
         TIM5.cnt().write_value(next_microsecond().low::<PER_MICRO>());
         TIM5.cr1().modify(|w| w.set_cen(true));
     });
+    supervisor::add_capture();
     PerBus { nominal, redundant }
 }
 

@@ -4,6 +4,8 @@ use ecss_can::runner::Clock;
 use ecss_can::types::Instant;
 use embassy_time::Timer;
 
+use crate::supervisor;
+
 /// Microseconds since power-on, counted by a hardware timer.
 #[derive(Clone, Copy, Debug)]
 pub struct Uptime;
@@ -17,5 +19,9 @@ impl Clock for Uptime {
     // Not an `async fn`: its future would store the deadline twice.
     fn at(&self, deadline: Instant) -> impl Future<Output = ()> {
         Timer::at(embassy_time::Instant::from_micros(deadline.as_micros()))
+    }
+
+    fn on_schedule(&self) {
+        supervisor::on_schedule();
     }
 }

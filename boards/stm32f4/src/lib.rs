@@ -133,4 +133,5 @@ pub use {
     board::Board,
     bxcan::{CaptureFault, ControllerFault, LineFault},
     pulse::{Pulse, TooLate},
+    supervisor::{Duty, supervise},
 };

@@ -3,13 +3,16 @@
 use board::Spec;
 use ecss_can::prelude::*;
 use ecss_can_runtime::Irqs;
-use ecss_can_stm32f4::{DIAGNOSTICS, Leds, supervised};
+use ecss_can_stm32f4::{DIAGNOSTICS, Leds, supervise, supervised};
 use embassy_executor::Spawner;
 use mission::application::master::{Application, Cables, pulses_per_second};
 use mission::{Boards, PROFILE};
 
 type Board = ecss_can_stm32f4::Board<Spec>;
 type Node = mission::application::master::Node<Boards>;
+
+/// Time within which the application has to take a turn of its schedule: ten periods.
+const SCHEDULE: Duration = Duration::from_millis(1_000);
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 static CABLES: Cables = Cables::new();
@@ -30,7 +33,9 @@ fn application(
     leds: Leds,
 ) -> impl Future<Output = ()> {
     supervised("application", async move {
-        Application::new(master, events, leds, &CABLES, PROFILE.minimal).run().await
+        let schedule = supervise("schedule", SCHEDULE);
+        let note = |is_expected| if is_expected { schedule.done() } else { schedule.rest() };
+        Application::new(master, events, leds, &CABLES, PROFILE.minimal).run_supervised(note).await
     })
 }
 

@@ -10,7 +10,7 @@ pub struct PostMortem {
     /// Cause
     ///
     /// 0 none: power-on, a command or the reset pin. 1 panic, 2 fault, 3 stack overflow, 4 task that did not answer, 5
-    /// watchdog, 6 brown-out, 7 oscillator, 8 register.
+    /// watchdog, 6 brown-out, 7 oscillator, 8 register, 9 time base.
     #[sub(1, ro)]
     pub cause: u8,
     /// Resets in a row
@@ -26,7 +26,7 @@ pub struct PostMortem {
     /// Task
     ///
     /// First four characters of the name of the task that was polled last, the first one in the lowest byte; zero if
-    /// none was. After cause 8 the address of the register.
+    /// none was. With the cause register its address, with the cause time base the counter: `TIM2`, `TIM5` or `SYST`.
     #[sub(4, ro)]
     pub task: u32,
     /// Dump
@@ -55,6 +55,8 @@ impl PostMortem {
     pub const OSCILLATOR: u8 = 7;
     /// Value of `cause`: a register in use was lost that cannot be mended. `task` is its address.
     pub const REGISTER: u8 = 8;
+    /// Value of `cause`: one of several counters of time stopped, jumped or had another rate.
+    pub const TIME_BASE: u8 = 9;
 
     /// Returns code and manufacturer-specific bytes of the emergency that reports it: the cause and the program
     /// counter, little-endian. `None` without a cause.
@@ -62,7 +64,7 @@ impl PostMortem {
         let code = match self.cause {
             Self::NONE => return None,
             Self::BROWN_OUT => ErrorCode::VOLTAGE_INSIDE,
-            Self::OSCILLATOR | Self::REGISTER => ErrorCode::HARDWARE,
+            Self::OSCILLATOR | Self::REGISTER | Self::TIME_BASE => ErrorCode::HARDWARE,
             _ => ErrorCode::SOFTWARE_INTERNAL,
         };
         let [a, b, c, d] = self.pc.to_le_bytes();

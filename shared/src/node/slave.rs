@@ -248,6 +248,10 @@ impl<D: SpacecraftDevice> Node for Slave<D> {
         self.canopen.services().with_save(self.canopen.deadline())
     }
 
+    fn is_on_schedule(&self, now: Instant) -> bool {
+        self.canopen.control().is_on_schedule(now)
+    }
+
     fn charge(&mut self, frame: &Frame, turn: &mut Turn) -> bool {
         // Its client limits it, as that of the default server.
         if self.canopen.services().is_second_sdo_answer(frame.id()) {

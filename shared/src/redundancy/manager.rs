@@ -139,6 +139,11 @@ impl<const N: usize> Manager<N> {
         self.heartbeat.stop();
     }
 
+    /// Returns whether the heartbeats are on schedule, as [`Producer::is_on_schedule`].
+    pub fn is_on_schedule(&self, now: Instant) -> bool {
+        self.heartbeat.is_on_schedule(now)
+    }
+
     /// Becomes active on this bus. The next action is its heartbeat, and nothing else may be sent before.
     /// `claimed`: number of slaves of the master that was active before. Those that were overheard count without an answer by
     /// SDO, unless they are more.

@@ -76,8 +76,18 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
     }
 
     /// Runs for ever.
-    pub async fn run(mut self) -> ! {
+    pub async fn run(self) -> ! {
+        self.run_supervised(|_| ()).await
+    }
+
+    /// Runs for ever and reports whether turns are taken: `note` is called with `true` again and again as long as the next turn
+    /// is due within a period, and with `false` while there is no slave to command.
+    pub async fn run_supervised(mut self, note: impl Fn(bool)) -> ! {
         loop {
+            match self.next_turn() {
+                Some(at) if at > self.master.now() + COMMAND_PERIOD => {}
+                next => note(next.is_some()),
+            }
             let next = wait(self.master, self.next_turn());
             match select(self.events.next(), next).await {
                 Either::First(event) => self.on_event(&event),

@@ -139,6 +139,11 @@ impl NodeControl {
         self.heartbeat.poll(now, self.reporting_state())
     }
 
+    /// Returns whether the heartbeats are on schedule, as [`Producer::is_on_schedule`](super::Producer::is_on_schedule).
+    pub fn is_on_schedule(&self, now: Instant) -> bool {
+        self.heartbeat.is_on_schedule(now)
+    }
+
     /// Returns when the next heartbeat is due.
     pub fn deadline(&self) -> Option<Instant> {
         self.heartbeat.deadline()

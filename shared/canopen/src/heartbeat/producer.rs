@@ -67,6 +67,12 @@ impl Producer {
         self.timer.shift(us);
     }
 
+    /// Returns whether the heartbeats are stopped, or the next one is due within two periods, or was due less than two
+    /// periods ago.
+    pub fn is_on_schedule(&self, now: Instant) -> bool {
+        !self.running || self.timer.is_on_schedule(now)
+    }
+
     /// Returns when the next heartbeat is due.
     pub fn deadline(&self) -> Option<Instant> {
         self.timer.deadline()

@@ -98,6 +98,11 @@ impl Staggered {
         self.delay = delay as u16;
     }
 
+    /// Returns whether the heartbeats are on schedule, as [`Producer::is_on_schedule`].
+    pub fn is_on_schedule(&self, now: Instant) -> bool {
+        self.producer.is_on_schedule(now)
+    }
+
     /// Returns when the next heartbeat is due, on time or late.
     pub fn deadline(&self) -> Option<Instant> {
         self.producer.deadline()

@@ -190,6 +190,10 @@ impl<D: Device> Node for CanopenSlave<D> {
         self.canopen.deadline()
     }
 
+    fn is_on_schedule(&self, now: Instant) -> bool {
+        self.canopen.control().is_on_schedule(now)
+    }
+
     /// Without a clock no frame is worth a stamp.
     fn is_stamped(&self, _bus: Bus, _frame: &Frame) -> bool {
         false

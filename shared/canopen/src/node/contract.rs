@@ -55,6 +55,12 @@ pub trait Node: 'static {
     /// Returns when to call [`Node::poll`] next. `None`: not before another event.
     fn deadline(&self) -> Option<Instant>;
 
+    /// Returns whether everything that the node sends periodically was sent when it was due: its heartbeat and SYNC. A node
+    /// that must not send is on schedule.
+    fn is_on_schedule(&self, _now: Instant) -> bool {
+        true
+    }
+
     /// Returns whether this frame may be sent. Called once for each frame, when it leaves the outbox. A refused
     /// frame is reported as [`FailCause::OverBudget`](super::FailCause::OverBudget).
     fn charge(&mut self, _frame: &Frame, _turn: &mut Turn<'_, Self::Event, Self::Depth>) -> bool {

@@ -43,6 +43,9 @@ impl<B: Platform, N: Node> DueRunner<B, N> {
             let now = core.clock.now();
             core.lock(|shared| {
                 let due = turn(shared, now);
+                if shared.node.is_on_schedule(now) {
+                    core.clock.on_schedule();
+                }
                 if register(&mut shared.timekeeper, context) {
                     alarm.arm(due, context, || core.clock.at(due));
                 } else {

@@ -22,4 +22,8 @@ pub trait Clock {
     /// # Cancel safety
     /// A dropped future must have no effect.
     async fn at(&self, deadline: Instant);
+
+    /// Notes that [the node is on schedule](crate::node::Node::is_on_schedule). The node calls it whenever it did what was
+    /// due. A board that gets no such note for longer than its supervisor allows is reset.
+    fn on_schedule(&self) {}
 }

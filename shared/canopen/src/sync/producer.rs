@@ -123,4 +123,10 @@ impl Producer {
     pub fn deadline(&self) -> Option<Instant> {
         self.timer.deadline().map(|due| due + self.late)
     }
+
+    /// Returns whether the producer was not started, or the next SYNC is due within two periods, or was due less than two
+    /// periods ago.
+    pub fn is_on_schedule(&self, now: Instant) -> bool {
+        !self.running || self.timer.is_on_schedule(now)
+    }
 }

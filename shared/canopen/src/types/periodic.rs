@@ -61,6 +61,13 @@ impl Periodic {
         }
     }
 
+    /// Returns whether the timer never starts, or is due within two periods, or was due less than two periods ago.
+    pub fn is_on_schedule(&self, now: Instant) -> bool {
+        let (now, period) = (now.as_micros(), self.period.as_micros());
+        let is_near = |next: Instant| next.as_micros().abs_diff(now) / 2 < period;
+        period == 0 || self.next.is_some_and(is_near)
+    }
+
     /// Returns when the timer is due next.
     pub fn deadline(&self) -> Option<Instant> {
         self.next

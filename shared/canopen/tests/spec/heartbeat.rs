@@ -29,6 +29,42 @@ fn a_periodic_timer_keeps_its_grid() {
     assert_eq!(timer.deadline(), None);
 }
 
+/// Given a timer of 100 ms, when it is due 2^n µs from now or ago, then it is on schedule up to 2^17 µs, which are 131 ms, and not
+/// from 2^18 µs on, which are 262 ms. A stopped timer is not on schedule.
+#[test]
+fn a_timer_is_on_schedule_within_two_periods() {
+    let mut timer = Periodic::new(span(100));
+    assert!(!timer.is_on_schedule(ms(0)));
+    for bit in 0..64 {
+        let (early, late) = (Instant::ZERO, Instant::from_micros(1 << bit));
+        for (due, now) in [(late, early), (early, late)] {
+            timer.start(due);
+            assert_eq!(timer.is_on_schedule(now), bit <= 17, "due at {due:?}, now {now:?}");
+        }
+    }
+}
+
+/// Given a producer of 100 ms, then it is on schedule while it is stopped and while its heartbeats are taken when due, and not two
+/// periods after one that was not taken. Without a period it is always on schedule.
+#[test]
+fn a_producer_is_off_schedule_when_a_heartbeat_is_not_taken() {
+    let mut producer = Staggered::new(node(5), span(100), Duration::ZERO);
+    assert!(producer.is_on_schedule(ms(5_000)), "silent until it is started");
+    producer.announce(ms(5_000));
+    for at in (5_000..6_000).step_by(100) {
+        assert!(producer.poll(ms(at), NmtState::Operational).is_some());
+        assert!(producer.is_on_schedule(ms(at)));
+    }
+    // The next one is due at 6,000.
+    assert!(producer.is_on_schedule(ms(6_199)));
+    assert!(!producer.is_on_schedule(ms(6_200)));
+    producer.stop();
+    assert!(producer.is_on_schedule(ms(6_200)));
+    producer.announce(ms(7_000));
+    producer.set_period(Duration::ZERO, ms(7_000));
+    assert!(producer.is_on_schedule(ms(9_000)));
+}
+
 #[test]
 fn a_period_of_zero_never_starts() {
     let mut timer = Periodic::new(Duration::ZERO);

@@ -37,8 +37,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     }
 
     fn run_sync(&mut self, turn: &mut Turn) {
-        if self.redundancy.is_announced()
-            && self.produces_sync()
+        if self.produces_sync()
             && let Some(frame) = self.sync.no_sooner().poll(turn.until)
         {
             let lifetime = self.services.sync_lifetime();
@@ -52,7 +51,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         if !self.is_active() {
             return self.services.wakes_mut().set(of_both);
         }
-        let sync = self.sync.deadline().filter(|_| self.redundancy.is_announced() && self.produces_sync());
+        let sync = self.sync.deadline().filter(|_| self.produces_sync());
         let of_active = earliest(&[
             of_both,
             self.boot.deadline(),
@@ -66,7 +65,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         self.services.wakes_mut().note(of_active);
     }
 
-    fn produces_sync(&self) -> bool {
-        self.boot.is_released() && self.redundancy.state().allows_sync()
+    /// Returns whether an active master sends SYNC now.
+    pub(super) fn produces_sync(&self) -> bool {
+        self.redundancy.is_announced() && self.boot.is_released() && self.redundancy.state().allows_sync()
     }
 }

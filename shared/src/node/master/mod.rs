@@ -255,6 +255,11 @@ impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
         self.services.with_save(self.services.wakes().deadline())
     }
 
+    fn is_on_schedule(&self, now: Instant) -> bool {
+        self.redundancy.is_on_schedule(now)
+            && (!self.is_active() || !self.produces_sync() || self.sync.is_on_schedule(now))
+    }
+
     fn charge(&mut self, frame: &Frame, turn: &mut Turn) -> bool {
         self.takes_token(frame.id(), turn)
     }

@@ -288,6 +288,10 @@ impl<D: MinimalDevice> Node for MinimalSlave<D> {
         earliest(&[search, self.heartbeat.deadline(), self.buses.deadline()])
     }
 
+    fn is_on_schedule(&self, now: Instant) -> bool {
+        self.heartbeat.is_on_schedule(now)
+    }
+
     /// It has no clock that a stamp would serve.
     fn is_stamped(&self, _bus: Bus, _frame: &Frame) -> bool {
         false

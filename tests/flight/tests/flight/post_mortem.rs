@@ -100,7 +100,7 @@ fn hung_task_is_recorded_and_reported() {
     let number = tasks(&flown(), RESET_SLAVE).len();
     // Tasks of both buses, of deadlines, of pulses and of the application.
     assert_eq!(number, 5);
-    let cases = [(&HANG[..], LATE_TASK, BODY, 1_400, 0), (&HANG_WITHOUT_INTERRUPTS, WATCHDOG, 0, 4_500, 1)];
+    let cases = [(&HANG[..], LATE_TASK, BODY, 1_400, 0), (&HANG_WITHOUT_INTERRUPTS, WATCHDOG, 0, 1_000, 1)];
     for (nth, (code, cause, pc, within_ms, bites)) in
         (0..number).flat_map(|nth| cases.map(|case| (nth, case)))
     {
@@ -116,6 +116,21 @@ fn hung_task_is_recorded_and_reported() {
         let name = task.name.to_le_bytes();
         flight.assert_said(RESET_SLAVE, &format!("task b\"{}\"", name.escape_ascii()), ended);
     }
+}
+
+/// Given a slave whose count of uptime became negative by a flipped bit, when a task hangs, then the supervisor resets the board
+/// as before.
+#[test]
+fn hung_task_is_reset_after_an_upset_of_the_uptime() {
+    let mut flight = flown();
+    let board = flight.emulated_mut(RESET_SLAVE);
+    // The compiler keeps the only field of the static.
+    let uptime = board.symbol("ecss_can_stm32f4::supervisor::UPTIME.0").unwrap().address;
+    board.flip_memory(uptime + 3, 7).unwrap();
+    let task = tasks(&flight, RESET_SLAVE)[2];
+    let ended = end_program(&mut flight, RESET_SLAVE, task, &halfwords(&HANG));
+    flight.fly(ended + OPERATIONAL_AFTER);
+    assert_reported(&flight, ended, LATE_TASK, BODY);
 }
 
 /// Given a slave, when its program reaches an undefined instruction, then the record has its address, and is in the
