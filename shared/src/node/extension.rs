@@ -15,7 +15,7 @@ use crate::link::port::Health;
 use crate::od::Objects;
 use crate::pdo::machine::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
-use crate::redundancy::RedundancyObjects;
+use crate::redundancy::{Redundancy, RedundancyObjects};
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NodeId, PerBus};
 
 impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
@@ -28,6 +28,7 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
     const IS_GUARDED: bool = true;
     const HAS_TWO_BUSES: bool = true;
     const LAST_RULED: u16 = REDUNDANCY;
+    const PARAMETERS: u16 = REDUNDANCY;
     /// A receiver's clock is late by what a frame with the time waits.
     const SHORT_LIFETIME: Duration = Duration::from_millis(5);
 
@@ -150,6 +151,16 @@ impl<D: SpacecraftDevice> Extension<D> for Spacecraft {
 
     fn show_store(&mut self, is_there: bool) {
         self.storage.show(is_there);
+    }
+
+    fn parameters(&self) -> u32 {
+        let Redundancy { ttoggle, ntoggle, .. } = self.redundancy.parameters;
+        u32::from_le_bytes([ttoggle, ntoggle, 0, 0])
+    }
+
+    fn restore_parameters(&mut self, parameters: u32) {
+        let all = &mut self.redundancy.parameters;
+        [all.ttoggle, all.ntoggle, ..] = parameters.to_le_bytes();
     }
 
     fn count_mended(&mut self) -> u16 {

@@ -99,6 +99,9 @@ impl<D: SpacecraftDevice> Slave<D> {
             return;
         }
         let until = turn.until;
+        if self.canopen.control().deadline().is_some_and(|due| due <= until) {
+            self.refresh(turn.now);
+        }
         while self.decide(turn, |redundancy, step| redundancy.poll(until, step)) {}
         self.run_budget(turn);
         self.canopen.poll(self.redundancy.selected(), turn);
@@ -106,6 +109,19 @@ impl<D: SpacecraftDevice> Slave<D> {
         self.canopen.settle();
         self.redundancy.settle(self.canopen.wakes_mut());
         self.budget.settle(self.canopen.wakes_mut());
+    }
+
+    /// Corrects what the redundancy and the budget keep for long, before each heartbeat.
+    fn refresh(&mut self, now: Instant) {
+        let written = self.canopen.services().written_redundancy();
+        self.budget.no_sooner().confine(now);
+        let redundancy = self.redundancy.no_sooner();
+        if redundancy.is_silenced() && !self.budget.is_silent() {
+            redundancy.resume();
+        }
+        if redundancy.refresh(written, now) {
+            self.canopen.services_mut().report_flipped();
+        }
     }
 
     /// Returns the state of the node at `now`.

@@ -6,6 +6,7 @@ pub use super::babblers::Babblers;
 pub use super::manager::{Action, Manager};
 pub use super::master::{MasterAction, MasterRedundancy, MasterSetup, MasterVerdict, Sending};
 pub use super::peers::{PeerHeartbeat, Peers};
+pub use super::rescue::Rescue;
 pub use super::rivals::Rivals;
 pub use super::selector::{MasterMessage, Selection, Selector};
 pub use super::slave::{Retained, SlaveAction, SlaveActions, SlaveRedundancy, SlaveStep, SlaveVerdict};

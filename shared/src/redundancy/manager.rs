@@ -117,9 +117,23 @@ impl<const N: usize> Manager<N> {
         self.heartbeat = Producer::new(NodeId::MASTER, parameters.producer);
     }
 
-    /// Sets the NMT state of the master, for its heartbeats.
-    pub(crate) fn set_state(&mut self, state: NmtState) {
-        self.state = state;
+    /// Lends the NMT state of the master, for its heartbeats.
+    pub(crate) fn state_mut(&mut self) -> &mut NmtState {
+        &mut self.state
+    }
+
+    /// Takes parameters that differ from those in use, and brings instants that lie too far in the future back: in both cases a
+    /// bit flipped. Returns whether a parameter differed.
+    pub(crate) fn refresh(&mut self, written: Parameters, now: Instant) -> bool {
+        self.guard = self.guard.min(now + self.parameters.settling_time());
+        self.alone_since = self.alone_since.map(|since| since.min(now));
+        self.report = self.report.map(|at| at.min(now + self.search.dwell(&self.parameters).times(2)));
+        self.search.confine(now);
+        let is_wrong = !written.agrees(&self.parameters);
+        if is_wrong {
+            self.configure(Parameters { ctoggle: self.parameters.ctoggle, ..written }, now);
+        }
+        is_wrong
     }
 
     /// Notes that the boot-up message was sent. From now on the manager sends heartbeats.

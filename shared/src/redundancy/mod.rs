@@ -49,6 +49,7 @@ mod manager;
 mod master;
 mod objects;
 mod peers;
+mod rescue;
 mod rivals;
 mod selector;
 mod slave;
@@ -64,6 +65,7 @@ pub(crate) use master::{MasterAction, MasterRedundancy, MasterSetup, MasterVerdi
 pub use master::{MasterBoards, OneBoard, TwoBoards};
 pub use objects::{Redundancy, RedundancyObjects};
 pub(crate) use peers::{PeerHeartbeat, Peers};
+pub(crate) use rescue::Rescue;
 pub(crate) use rivals::Rivals;
 pub(crate) use selector::{MasterMessage, Selection, Selector};
 pub use slave::BusCause;
@@ -100,6 +102,12 @@ impl Parameters {
     /// Returns the times of heartbeats among them.
     pub(crate) const fn heartbeats(&self) -> HeartbeatTimes {
         HeartbeatTimes { consumer: self.consumer, producer: self.producer }
+    }
+
+    /// Returns whether the parameters are the same, apart from those that a node changes itself: Bdefault and Ctoggle.
+    pub(crate) fn agrees(&self, other: &Parameters) -> bool {
+        let fixed = |all: &Parameters| (all.consumer, all.producer, all.ttoggle, all.ntoggle);
+        fixed(self) == fixed(other)
     }
 
     /// Returns the time that a slave listens on one bus: Ttoggle consumer times.

@@ -273,6 +273,13 @@ impl<const N: usize> Peers<N> {
         NodeId::new(raw)
     }
 
+    /// Returns the slaves that count, are not held, and are lost or in Stopped.
+    pub(crate) fn stranded(&self) -> impl Iterator<Item = NodeId> {
+        let is_stranded = |heard: &Heard| heard.heartbeat.is_missed() || heard.state == NmtState::Stopped;
+        let all = self.each().filter(|(_, remote, _)| remote.counts() && !remote.is_held);
+        all.filter(move |(.., heard)| is_stranded(heard)).map(|(node, ..)| node)
+    }
+
     /// Slaves that count and are silent on the active bus, and those that are heard there.
     pub(super) fn silent_and_heard(&self, now: Instant) -> (NodeSet, NodeSet) {
         let (mut silent, mut heard_here) = (0, 0);

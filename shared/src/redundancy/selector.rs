@@ -234,6 +234,24 @@ impl Selector {
         }
     }
 
+    /// Takes parameters that differ from those in use, and brings instants that lie too far in the future back: in both cases a
+    /// bit flipped. Returns whether a parameter differed.
+    pub(crate) fn refresh(&mut self, written: Parameters, now: Instant) -> bool {
+        let present = self.parameters;
+        let latest = now + present.consumer;
+        match &mut self.phase {
+            Phase::Following { last } => last.confine(now),
+            Phase::Unconfirmed { until, .. } => until.confine(latest),
+            Phase::Searching(search) => search.since.iter_mut().for_each(|since| since.confine(now)),
+        }
+        self.keep.iter_mut().for_each(|(at, _)| at.confine(latest));
+        let is_wrong = !written.agrees(&present);
+        if is_wrong {
+            self.configure(Parameters { bdefault: present.bdefault, ctoggle: present.ctoggle, ..written });
+        }
+        is_wrong
+    }
+
     /// Starts the search on the selected bus, when Pre-operational was entered after power-on or "reset
     /// communication" (ECSS 8.3.2b). "Reset communication" keeps the bus. Only power-on selects Bdefault.
     pub fn start(&mut self, now: Instant) {

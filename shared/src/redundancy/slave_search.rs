@@ -51,6 +51,11 @@ impl SlaveSearch {
         (self.heard, self.gave_up) = (true, false);
     }
 
+    /// Lets the dwell begin at `now` if it begins later: a bit flipped.
+    pub fn confine(&mut self, now: Instant) {
+        self.dwells_since = self.dwells_since.min(now);
+    }
+
     /// Gives the search up.
     pub fn give_up(&mut self) {
         self.gave_up = true;

@@ -44,6 +44,7 @@ mod od;
 mod pair;
 mod profiles;
 mod random;
+mod rescue;
 mod retained;
 mod room;
 mod scet;

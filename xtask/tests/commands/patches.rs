@@ -41,11 +41,26 @@ fn every_patch_of_the_project_applies() {
     let expected = [
         "bdefault: ",
         "boot-up-message: ",
+        "capture-registers: ",
+        "controller-registers: ",
+        "filter-banks: ",
         "foreign-master: ",
+        "interrupt-controller: ",
+        "interrupt-sources: ",
         "lost-minority: ",
+        "pins: ",
+        "register-table: ",
         "tries-for-ever: ",
         "unconfigured: ",
         "unknown-node: ",
+        "upset-alarm: ",
+        "upset-code: ",
+        "upset-index: ",
+        "upset-instant: ",
+        "upset-refresh: ",
+        "upset-rescue: ",
+        "upset-schedule: ",
+        "upset-state: ",
     ];
     assert_eq!(rules.len(), expected.len(), "{stdout}");
     for (rule, expected) in rules.iter().zip(expected) {

@@ -1,7 +1,8 @@
 //! Events of a controller that its task has not taken yet. Their number is bounded, and losses are counted.
 //!
 //! This ring buffer checks each index. `heapless::Deque` does not: one flipped bit in an index would cause an access
-//! out of bounds. A test compares the two.
+//! out of bounds. A test compares the two. An index that is out of range loses the events that wait, and counts as an
+//! overrun.
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Mailbox, PortEvent};
@@ -53,6 +54,8 @@ impl Waiting {
         if let Some(place) = self.events.get_mut(place(self.first + self.len)) {
             *place = event;
             self.len += 1;
+        } else {
+            self.lose();
         }
     }
 
@@ -64,7 +67,7 @@ impl Waiting {
     /// Adds the result of a mailbox. A mailbox is reused only after its result was taken. If it ends twice
     /// nevertheless, the later result replaces the earlier one, which is counted as lost.
     pub fn finished(&mut self, result: PortEvent) {
-        for n in 0..self.len {
+        for n in 0..self.len.min(PLACES) {
             if let Some(earlier) = self.events.get_mut(place(self.first + n))
                 && mailbox(earlier) == mailbox(&result)
             {
@@ -77,7 +80,7 @@ impl Waiting {
 
     /// Returns whether an event matches `such`.
     pub fn holds(&self, such: impl Fn(&PortEvent) -> bool) -> bool {
-        (0..self.len).filter_map(|n| self.events.get(place(self.first + n))).any(such)
+        (0..self.len.min(PLACES)).filter_map(|n| self.events.get(place(self.first + n))).any(such)
     }
 
     /// The next event.
@@ -85,6 +88,10 @@ impl Waiting {
     pub fn take(&mut self) -> Option<PortEvent> {
         if let Some(health) = self.errors.take() {
             return Some(PortEvent::Health(health));
+        }
+        if self.first >= PLACES || self.len > PLACES {
+            (self.first, self.len) = (0, 0);
+            self.lose();
         }
         if self.lost > 0 {
             return Some(PortEvent::Overrun { lost: core::mem::take(&mut self.lost) });
@@ -99,7 +106,7 @@ impl Waiting {
     }
 }
 
-/// Index of an element in the ring, modulo its capacity.
+/// Index of an element in the ring, modulo its capacity. Out of range if an index is.
 fn place(number: usize) -> usize {
     if number < PLACES { number } else { number - PLACES }
 }
@@ -140,6 +147,29 @@ mod tests {
         let events = taken(&mut waiting);
         assert_eq!(events[0], PortEvent::Overrun { lost: 2 });
         assert_eq!(events[1 + FRAMES..], [failed(0), failed(1), failed(2)]);
+    }
+
+    /// Given frames that wait, when any bit of an index flips, then the queue is empty after at most all its places and an
+    /// overrun, and the next frames arrive in order.
+    #[test]
+    fn a_flipped_bit_of_an_index_loses_frames_alone() {
+        let frames = |waiting: &mut Waiting| {
+            let events = taken(waiting).into_iter();
+            events.filter(|event| matches!(event, PortEvent::Received { .. })).count()
+        };
+        for bit in 0..2 * usize::BITS {
+            for number in 0..FRAMES {
+                let mut waiting = Waiting::new();
+                (0..number).for_each(|_| receive(&mut waiting));
+                let index = if bit < usize::BITS { &mut waiting.first } else { &mut waiting.len };
+                *index ^= 1 << (bit % usize::BITS);
+                receive(&mut waiting);
+                waiting.finished(failed(0));
+                assert!(frames(&mut waiting) <= PLACES, "bit {bit}");
+                (0..5).for_each(|_| receive(&mut waiting));
+                assert_eq!(frames(&mut waiting), 5, "bit {bit} with {number}");
+            }
+        }
     }
 
     #[test]

@@ -96,17 +96,18 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         }
     }
 
-    fn next_turn(&self) -> Option<Instant> {
-        let turns = [self.commands.next(), self.telemetry.next()];
+    fn next_turn(&mut self) -> Option<Instant> {
+        let now = self.master.now();
+        let turns = [self.commands.next(now), self.telemetry.next(now)];
         turns.into_iter().flatten().map(|turn| turn.at).min()
     }
 
     fn take_turns(&mut self) {
         let now = self.master.now();
-        if let Some(turn) = self.commands.next().filter(|turn| turn.at <= now) {
+        if let Some(turn) = self.commands.next(now).filter(|turn| turn.at <= now) {
             self.command(turn);
         }
-        if let Some(turn) = self.telemetry.next().filter(|turn| turn.at <= now) {
+        if let Some(turn) = self.telemetry.next(now).filter(|turn| turn.at <= now) {
             self.request(turn);
         }
     }
@@ -184,8 +185,9 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
     }
 
     fn rest(&mut self, node: NodeId) {
-        self.commands.stop(node);
-        self.telemetry.stop(node);
+        let now = self.master.now();
+        self.commands.stop(node, now);
+        self.telemetry.stop(node, now);
     }
 
     /// Sends the command of a turn: alternately the LED, and a value that telemetry reads back.

@@ -223,6 +223,12 @@ impl Producer {
         self.change(Announced::repeat);
     }
 
+    /// Brings instants that lie too far in the future back to `now`: a bit of them flipped.
+    pub(crate) fn confine(&mut self, now: Instant) {
+        self.last.iter_mut().for_each(|last| last.confine(now));
+        self.retry.confine(now + Self::RETRY);
+    }
+
     fn change(&mut self, change: impl Fn(&mut Announced)) {
         self.errors.iter_mut().for_each(change);
         self.settle();

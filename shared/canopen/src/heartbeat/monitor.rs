@@ -119,6 +119,21 @@ impl<S: ConsumerSlots> Monitor<S> {
         }
     }
 
+    /// Takes those entries again that differ from the objects.
+    pub(crate) fn refresh(&mut self, objects: &S) {
+        for (entry, value) in self.entries.as_mut().iter_mut().zip(objects.entries()) {
+            let right = Entry::new(*value);
+            if (entry.node, entry.time) != (right.node, right.time) {
+                *entry = right;
+            }
+        }
+    }
+
+    /// Lets the next poll look at every entry.
+    pub(crate) fn recheck(&mut self) {
+        self.check = Instant::ZERO;
+    }
+
     /// Takes a heartbeat or boot-up message of `node` that ended at `at`. Returns `None` if the node is not
     /// monitored.
     pub fn on_heartbeat(&mut self, node: NodeId, state: NmtState, at: Instant) -> Option<Heard> {

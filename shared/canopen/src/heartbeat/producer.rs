@@ -54,6 +54,10 @@ impl Producer {
 
     /// Returns the heartbeat when it is due.
     pub fn poll(&mut self, now: Instant, state: NmtState) -> Option<Frame> {
+        // A flipped bit must not stop it.
+        if self.running && self.timer.deadline().is_none() {
+            self.timer.start(now);
+        }
         self.timer.due(now).then(|| encode(self.node, state))
     }
 

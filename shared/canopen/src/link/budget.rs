@@ -209,6 +209,14 @@ impl Budget {
         (!is_vital && !self.whole.take(self.node, now)).then_some(Over::Node)
     }
 
+    /// Ends a silence that would be longer than the budget sets: a bit of its end flipped.
+    pub fn confine(&mut self, now: Instant) {
+        let is_set = self.is_silent || self.until < Instant::NEVER;
+        if is_set && self.until.since(now) > self.silence.max(CALM) {
+            self.until = now;
+        }
+    }
+
     /// Returns one change that is due. Call it until `None`.
     pub fn poll(&mut self, now: Instant) -> Option<BudgetStep> {
         if now < self.until {

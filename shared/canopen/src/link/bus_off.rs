@@ -96,7 +96,10 @@ impl BusOffRecovery {
 
     /// Returns the step that is due at `now`.
     pub fn poll(&mut self, now: Instant) -> Option<RecoveryStep> {
-        if now < self.due {
+        // Later than every step is due: a bit flipped.
+        let is_lost =
+            self.due < Instant::NEVER && self.due.since(now) > self.window.max(self.pause).max(self.patience);
+        if now < self.due && !is_lost {
             return None;
         }
         if self.recovering {

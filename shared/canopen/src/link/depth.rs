@@ -1,17 +1,19 @@
 //! Depth of the queues of a node. It is a type, so that a small node has small queues.
 
-use heapless::deque::{Deque, DequeInner};
 use heapless::vec::{OwnedVecStorage, Vec, VecInner, VecStorage};
 
 /// Depth of the queues of a node: commands and events in its outbox, frames in the transmit queue of each bus.
 pub trait Depth: 'static {
     /// Number of places of each queue.
     const PLACES: usize;
-    /// Storage type of a queue.
+    /// Storage type of a list.
     type Of<T>: VecStorage<T>;
 
-    /// Makes an empty queue, first in, first out.
-    fn deque<T>() -> DequeInner<T, Self::Of<T>>;
+    /// Places of a queue, first in, first out.
+    type Ring<T>: AsMut<[Option<T>]>;
+
+    /// Makes the places of an empty queue.
+    fn ring<T>() -> Self::Ring<T>;
 
     /// Makes an empty list.
     fn list<T>() -> VecInner<T, usize, Self::Of<T>>;
@@ -24,9 +26,10 @@ pub struct Places<const N: usize>;
 impl<const N: usize> Depth for Places<N> {
     const PLACES: usize = N;
     type Of<T> = OwnedVecStorage<T, N>;
+    type Ring<T> = [Option<T>; N];
 
-    fn deque<T>() -> Deque<T, N> {
-        Deque::new()
+    fn ring<T>() -> [Option<T>; N] {
+        [const { None }; N]
     }
 
     fn list<T>() -> Vec<T, N> {

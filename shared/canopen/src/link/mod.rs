@@ -56,6 +56,7 @@ pub mod one_controller;
 mod pattern;
 pub mod port;
 pub(crate) mod queue;
+pub(crate) mod ring;
 mod stamp;
 
 pub use stamp::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource};

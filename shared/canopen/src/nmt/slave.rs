@@ -43,6 +43,11 @@ impl NmtSlave {
         self.state
     }
 
+    /// Lends the present state, to correct it by copies of it.
+    pub const fn state_mut(&mut self) -> &mut NmtState {
+        &mut self.state
+    }
+
     /// Notes that the boot-up message is sent: leaves Initialising. Returns the state that was entered.
     pub fn boot(&mut self) -> NmtState {
         self.state = if self.autostart { NmtState::Operational } else { NmtState::PreOperational };

@@ -63,6 +63,12 @@ impl<D: Device> CanopenSlave<D> {
         self.canopen.send_pdo(BUS, number, now);
     }
 
+    /// Lends the instant before which nothing is due.
+    #[cfg(test)]
+    pub(crate) fn wakes_mut(&mut self) -> &mut super::turn::Wakes {
+        self.canopen.wakes_mut()
+    }
+
     fn boot(&mut self, turn: &mut Turn) {
         self.canopen.restore_communication(self.initial, turn.now);
         self.canopen.boot(BUS, turn);

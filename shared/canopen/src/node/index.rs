@@ -3,6 +3,7 @@
 
 use crate::emcy::EmcyObjects;
 use crate::heartbeat::{HeartbeatConsumers, HeartbeatProducer};
+use crate::nmt::NmtObjects;
 use crate::node::Communication;
 use crate::pdo::PdoObjects;
 use crate::store::StoreObjects;
@@ -16,12 +17,20 @@ pub const SYNC_COB_ID: u16 = SyncObjects::COB_ID.index();
 pub const CYCLE_PERIOD: u16 = SyncObjects::CYCLE_PERIOD.index();
 /// Synchronous counter overflow value.
 pub const SYNC_OVERFLOW: u16 = SyncObjects::OVERFLOW.index();
+/// Synchronous window length.
+pub const SYNC_WINDOW: u16 = SyncObjects::WINDOW.index();
 /// Store parameters.
 pub const STORE: u16 = StoreObjects::STORE.index();
 /// Restore default parameters.
 pub const RESTORE: u16 = StoreObjects::RESTORE.index();
 /// COB-ID of emergencies.
 pub const EMCY_COB_ID: u16 = EmcyObjects::COB_ID.index();
+/// Inhibit time of emergencies.
+pub const EMCY_INHIBIT: u16 = EmcyObjects::INHIBIT.index();
+/// Error behaviour.
+pub const ERROR_BEHAVIOUR: u16 = NmtObjects::ERROR_BEHAVIOUR.index();
+/// NMT start-up.
+pub const STARTUP: u16 = NmtObjects::STARTUP.index();
 /// Consumer heartbeat time.
 pub const CONSUMER_HEARTBEAT: u16 = <HeartbeatConsumers>::CONSUMER_HEARTBEAT.index();
 /// Producer heartbeat time.

@@ -1,16 +1,15 @@
 //! Commands and events on their way out of a node.
 
-use heapless::deque::DequeInner;
-
 use super::messages::{BusCommand, FullDepth};
 use crate::link::depth::Depth;
 use crate::link::queue::Outgoing;
+use crate::link::ring::Ring;
 use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 
 /// Queue of the commands and events that a node hands out.
 pub struct Outbox<E, D: Depth = FullDepth> {
-    commands: DequeInner<(Bus, BusCommand), D::Of<(Bus, BusCommand)>>,
-    events: DequeInner<E, D::Of<E>>,
+    commands: Ring<(Bus, BusCommand), D>,
+    events: Ring<E, D>,
     overflows: u32,
     unsent: PerBus<u16>,
     has_signal: bool,
@@ -26,8 +25,8 @@ impl<E, D: Depth> Outbox<E, D> {
     /// Makes an empty outbox.
     pub fn new() -> Self {
         Outbox {
-            commands: D::deque(),
-            events: D::deque(),
+            commands: Ring::new(),
+            events: Ring::new(),
             overflows: 0,
             unsent: PerBus { nominal: 0, redundant: 0 },
             has_signal: false,
@@ -55,7 +54,7 @@ impl<E, D: Depth> Outbox<E, D> {
 
     #[inline(always)] // a call more is 13 instructions (row `instructions.sdo_upload`)
     fn push_frame(&mut self, bus: Bus, frame: Frame, expires: Instant) -> bool {
-        let has_room = self.commands.storage_len() + Self::CONTROL_RESERVE < D::PLACES;
+        let has_room = self.commands.len() + Self::CONTROL_RESERVE < D::PLACES;
         has_room && self.push(bus, BusCommand::Send(Outgoing { frame, expires }))
     }
 
@@ -68,17 +67,17 @@ impl<E, D: Depth> Outbox<E, D> {
     }
 
     fn push(&mut self, bus: Bus, command: BusCommand) -> bool {
-        self.commands.push_back((bus, command)).is_ok()
+        self.commands.push((bus, command))
     }
 
     /// Returns whether frames still have at least half of the places. If not, commands that can wait should wait.
     pub fn has_room(&self) -> bool {
-        self.commands.storage_len() < D::PLACES / 2
+        self.commands.len() < D::PLACES / 2
     }
 
     /// Reports an event to the application.
     pub fn event(&mut self, event: E) {
-        if self.events.push_back(event).is_err() {
+        if !self.events.push(event) {
             self.overflows = self.overflows.saturating_add(1);
         }
     }
@@ -96,7 +95,7 @@ impl<E, D: Depth> Outbox<E, D> {
 
     /// Takes the next command, in order.
     pub fn pop_command(&mut self) -> Option<(Bus, BusCommand)> {
-        self.commands.pop_front()
+        self.commands.pop()
     }
 
     /// Puts a command back behind all others.
@@ -108,7 +107,7 @@ impl<E, D: Depth> Outbox<E, D> {
 
     /// Commands that were not taken yet.
     pub(crate) fn commands(&self) -> usize {
-        self.commands.storage_len()
+        self.commands.len()
     }
 
     /// Returns whether there is no command to take and no loss to report.
@@ -123,7 +122,7 @@ impl<E, D: Depth> Outbox<E, D> {
 
     /// Takes the next event, in order.
     pub fn pop_event(&mut self) -> Option<E> {
-        self.events.pop_front()
+        self.events.pop()
     }
 
     /// Returns the number of frames for `bus` lost since the last call because the outbox was full.

@@ -103,6 +103,9 @@ pub trait Mapping: 'static + Record + Default + Clone + core::fmt::Debug {
 
     /// Maps these objects, at most [`MAPPED`]. More are cut off.
     fn map(&mut self, objects: &[u32]);
+
+    /// Lends the number of mapped objects and all entries, also those beyond the number.
+    fn parts_mut(&mut self) -> (&mut u8, &mut [u32; MAPPED]);
 }
 
 /// Implements [`Mapping`] for both kinds, which have the same fields.
@@ -119,6 +122,10 @@ macro_rules! mapping {
                 for (slot, object) in self.objects.iter_mut().zip(objects) {
                     *slot = *object;
                 }
+            }
+
+            fn parts_mut(&mut self) -> (&mut u8, &mut [u32; MAPPED]) {
+                (&mut self.count, &mut self.objects)
             }
         }
     };

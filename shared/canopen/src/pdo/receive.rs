@@ -161,15 +161,27 @@ impl<S: PdoSlots> Rpdos<S> {
         *id = Sealed::NONE;
         if let Some((new_id, layout)) = resolved {
             *id = Sealed::of(new_id);
-            pdo.layout = layout;
-            pdo.timeout = parameters.event_timer;
-            pdo.synchronous = rules::is_synchronous(parameters.transmission);
-            pdo.waits = pdo.synchronous && !brings_time;
+            pdo.take(parameters, layout, brings_time);
             pdo.note_plain();
         }
         self.has_events |= pdo.taken != 0;
         self.index();
         Ok(())
+    }
+
+    /// Gives a valid RPDO the parameters again that it has. Nothing else changes.
+    pub fn renew(&mut self, number: usize, parameters: &PdoParameters, layout: Layout, brings_time: bool) {
+        if let Some(pdo) = self.pdos.as_mut().get_mut(number) {
+            pdo.take(parameters, layout, brings_time);
+            pdo.note_plain();
+        }
+    }
+
+    /// Computes again what decides about each frame and each poll.
+    pub fn refresh(&mut self) {
+        self.index();
+        self.pdos.as_mut().iter_mut().for_each(Configured::note_plain);
+        self.next = Instant::ZERO;
     }
 
     /// The index, after one became valid or invalid.
@@ -338,6 +350,14 @@ impl<S: PdoSlots> Rpdos<S> {
 }
 
 impl Configured {
+    /// Takes the parameters of a valid RPDO.
+    fn take(&mut self, parameters: &PdoParameters, layout: Layout, brings_time: bool) {
+        self.layout = layout;
+        self.timeout = parameters.event_timer;
+        self.synchronous = rules::is_synchronous(parameters.transmission);
+        self.waits = self.synchronous && !brings_time;
+    }
+
     fn note_plain(&mut self) {
         let is_plain = !self.synchronous && self.timeout == 0 && self.errors == 0;
         self.plain = if is_plain { self.layout.bytes() } else { NOT_PLAIN };
@@ -382,8 +402,34 @@ impl Configured {
 mod tests {
     use super::*;
     use crate::pdo::PdoObjects;
+    use crate::sync::SyncObjects;
 
     const ID: CobId = CobId::new(0x205).unwrap();
+
+    /// Given an RPDO with a deadline, when any bit of what is derived of its parameters flips, then it takes its frames after the
+    /// next refresh, and is overdue in time.
+    #[test]
+    fn a_refreshed_rpdo_takes_its_frames_whatever_bit_has_flipped() {
+        let parameters = PdoParameters { event_timer: 100, ..PdoParameters::default() };
+        let at = Instant::from_micros(1_000_000);
+        // Bits of the index of its function code, and of the earliest deadline.
+        for bit in 0..16 + 64 {
+            let mut rpdos = Rpdos::<PdoObjects<2, 1>>::new();
+            rpdos.configure(0, &parameters, Some((ID, Layout::EMPTY)), false).unwrap();
+            let frame = Frame::of(ID, []);
+            rpdos.on_frame(0, &frame, at, Instant::NEVER, &mut SyncObjects::default());
+            match bit {
+                0..16 => rpdos.first[function(ID.raw())] ^= 1 << bit,
+                _ => rpdos.next = Instant::from_micros(rpdos.next.as_micros() ^ 1 << (bit - 16)),
+            }
+            rpdos.refresh();
+            assert_eq!(rpdos.first(ID), Some(0), "bit {bit}");
+            rpdos.poll(at + Duration::from_millis(99));
+            assert_eq!(rpdos.take_event(), None, "bit {bit}");
+            rpdos.poll(at + Duration::from_millis(100));
+            assert_eq!(rpdos.take_event(), Some((0, RpdoEvent::Error(RpdoError::Overdue))), "bit {bit}");
+        }
+    }
 
     /// Given two RPDOs, when one bit of the COB-ID of one of them or of its complement flips, then no frame is taken for
     /// it: neither the one that it had nor the one that it seems to have.

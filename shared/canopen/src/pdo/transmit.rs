@@ -56,6 +56,9 @@ struct Configured {
 /// From one PDO to the next when all states are sent: other frames find the bus free in between.
 const PACE: Duration = Duration::from_millis(10);
 
+/// Longest time until the last of all states is sent.
+const LONGEST_PACE: Duration = Duration::from_millis(10 * 512);
+
 /// Time from a frame that was not sent to the next one.
 const RETRY: Duration = Duration::from_millis(50);
 
@@ -91,6 +94,27 @@ impl Configured {
     /// Not valid.
     fn is_none(&self) -> bool {
         self.id == Sealed::NONE
+    }
+
+    /// Takes the parameters of a valid TPDO.
+    fn take(&mut self, parameters: &PdoParameters, layout: Layout) {
+        self.layout = layout;
+        (self.transmission, self.sync_start) = (parameters.transmission, parameters.sync_start);
+        (self.inhibit, self.event_timer) = (parameters.inhibit, parameters.event_timer);
+    }
+
+    /// Brings instants that are further away than the times of the PDO back to `now`: a bit of them flipped.
+    fn confine(&mut self, now: Instant) {
+        let inhibit = self.inhibit_time();
+        self.inhibit_end.confine(now + inhibit);
+        let longest = Duration::from_millis(self.event_timer.into()) + inhibit + LONGEST_PACE;
+        if self.due < Instant::NEVER {
+            self.due.confine(now + longest);
+        }
+    }
+
+    fn inhibit_time(&self) -> Duration {
+        Duration::from_micros(u64::from(self.inhibit).wrapping_mul(100))
     }
 
     /// In Operational from now on.
@@ -132,7 +156,7 @@ impl Configured {
 
     /// It was due and is sent `now`.
     fn rearm(&mut self, now: Instant) {
-        self.inhibit_end = now + Duration::from_micros(u64::from(self.inhibit).wrapping_mul(100));
+        self.inhibit_end = now + self.inhibit_time();
         // On the grid of when it was due, unless that is past.
         let next = Some(self.timer(self.due)).filter(|next| *next > now).unwrap_or_else(|| self.timer(now));
         self.due = next.max(self.inhibit_end);
@@ -202,9 +226,8 @@ impl<S: PdoSlots> Tpdos<S> {
         let old = *pdo;
         pdo.invalidate();
         if let Some((id, layout)) = resolved {
-            (pdo.id, pdo.layout) = (Sealed::of(id), layout);
-            (pdo.transmission, pdo.sync_start) = (parameters.transmission, parameters.sync_start);
-            (pdo.inhibit, pdo.event_timer) = (parameters.inhibit, parameters.event_timer);
+            pdo.id = Sealed::of(id);
+            pdo.take(parameters, layout);
             pdo.inhibit_end = old.inhibit_end;
         }
         if id.is_some() && self.operational {
@@ -217,6 +240,27 @@ impl<S: PdoSlots> Tpdos<S> {
         }
         self.index();
         Ok(())
+    }
+
+    /// Gives a valid TPDO the parameters again that it has. Nothing else changes.
+    pub fn renew(&mut self, number: usize, parameters: &PdoParameters, layout: Layout) {
+        if let Some(pdo) = self.pdos.as_mut().get_mut(number) {
+            pdo.take(parameters, layout);
+            self.index();
+        }
+    }
+
+    /// Computes again what decides about each SYNC and each poll. `operational`: the NMT state allows PDOs.
+    pub fn refresh(&mut self, operational: bool, now: Instant) {
+        self.index();
+        if operational && !self.operational {
+            self.start_timers(now);
+        }
+        self.operational = operational;
+        for pdo in self.pdos.as_mut() {
+            pdo.confine(now);
+        }
+        self.next = Instant::ZERO;
     }
 
     /// After one became valid or invalid, or has another transmission type.
@@ -446,6 +490,43 @@ mod tests {
     /// sends it.
     ///
     /// Verifies: ECSS 6.10d
+    /// Given a TPDO with an event timer of 250 ms and an inhibit time of 100 ms, when any bit of its instants or of whether the
+    /// node is Operational flips, then after the next refresh it is sent within 250 ms, 100 ms and the time of all states.
+    #[test]
+    fn a_refreshed_tpdo_is_sent_whatever_bit_has_flipped() {
+        let parameters = PdoParameters { event_timer: 250, inhibit: 1_000, ..PdoParameters::default() };
+        let at = Instant::from_micros(46_912_496_118);
+        for bit in 0..3 * 64 + 1 {
+            let mut tpdos = Tpdos::<PdoObjects<1, 2>>::new(&PdoSet::NONE);
+            tpdos.configure(0, &parameters, Some((ID, Layout::EMPTY)), at).unwrap();
+            tpdos.start(at);
+            let mut sent = 0;
+            let mut poll = |tpdos: &mut Tpdos<_>, now| {
+                tpdos.poll(now, &SyncObjects::default(), &mut |_, _| {
+                    sent += 1;
+                    true
+                });
+                sent
+            };
+            let mut now = at + Duration::from_millis(250);
+            assert_eq!(poll(&mut tpdos, now), 1);
+            let [pdo, _] = &mut tpdos.pdos;
+            let flipped = |at: Instant| Instant::from_micros(at.as_micros() ^ 1 << (bit % 64));
+            match bit / 64 {
+                0 => pdo.due = flipped(pdo.due),
+                1 => pdo.inhibit_end = flipped(pdo.inhibit_end),
+                2 => tpdos.next = flipped(tpdos.next),
+                _ => tpdos.operational = false,
+            }
+            tpdos.refresh(true, now);
+            let last = now + Duration::from_millis(250 + 100) + LONGEST_PACE;
+            while poll(&mut tpdos, now) < 2 {
+                now += Duration::from_millis(10);
+                assert!(now <= last, "bit {bit}");
+            }
+        }
+    }
+
     #[test]
     fn nothing_is_sent_while_a_bit_of_the_cob_id_is_wrong() {
         for transmission in [254, 1, 0] {

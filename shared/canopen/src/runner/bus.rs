@@ -53,7 +53,7 @@ impl<B: Platform, N: Node> BusRunner<B, N> {
             for _ in 0..2 {
                 state.take_events(core, context);
                 let now = core.clock.now();
-                let is_due = now >= state.due;
+                let is_due = state.is_due(now);
                 let is_new = core.lock(|shared| state.end_turn(shared, now, context));
                 let due = state.due;
                 if is_new {
@@ -138,6 +138,11 @@ impl<P: CanPort> BusState<P> {
         self.due = self.poll;
     }
 
+    /// Returns whether the task has to run by time. An instant beyond the next poll has a flipped bit.
+    fn is_due(&self, now: Instant) -> bool {
+        now >= self.due || self.due.since(now) > POLL
+    }
+
     /// Handles what the controller has, within bounds.
     #[inline]
     fn take_events<B: Platform<Port = P>, N: Node>(&mut self, core: &Core<B, N>, context: &mut Context<'_>) {
@@ -153,7 +158,7 @@ impl<P: CanPort> BusState<P> {
     #[inline]
     fn end_turn<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant, context: &Context<'_>) -> bool {
         let is_new = register(&mut shared.buses[self.bus], context);
-        let is_due = now >= self.due;
+        let is_due = self.is_due(now);
         if is_due {
             self.on_time(shared, now);
         }
@@ -170,7 +175,7 @@ impl<P: CanPort> BusState<P> {
         if shared.is_asked(self.bus) {
             self.send(shared, now);
         }
-        shared.end_step();
+        shared.end_step(now);
     }
 
     #[inline(never)] // most frames ask for nothing
@@ -302,7 +307,7 @@ impl<P: CanPort> BusState<P> {
         if self.next_look() <= now {
             self.look(shared, now);
         }
-        if self.poll <= now {
+        if self.poll <= now || self.poll > now + POLL {
             self.poll = now + POLL;
             self.refresh.step(&mut self.port, &*shared.node);
         }

@@ -59,11 +59,49 @@ impl<B: Platform, N: Node> DueRunner<B, N> {
     }
 }
 
-/// Does what is due; when to come again.
+/// Does what is due; when to come again. The node runs at the instant that it asked for, whatever its memory says since.
 fn turn<N: Node>(shared: &mut Shared<N>, now: Instant) -> Instant {
-    if shared.is_due(now) {
+    if shared.is_due(now) || shared.armed <= now {
         shared.run_due(now);
     }
     shared.tell_application();
     shared.node.deadline().unwrap_or(Instant::NEVER)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::node::probe::Probe;
+    use crate::node::{CanopenSlave, Settings};
+    use crate::runner::Diagnostics;
+    use crate::types::{Bus, NodeId};
+
+    extern crate alloc;
+
+    use alloc::boxed::Box;
+
+    /// Given a slave whose alarm is set to its next heartbeat, when any bit of the instant at which the node runs next flips, then
+    /// the heartbeat is sent when the alarm fires.
+    #[test]
+    fn the_node_runs_at_its_alarm_whatever_bit_has_flipped() {
+        static DIAGNOSTICS: Diagnostics = Diagnostics::new();
+        for bit in 0..64 {
+            let slave = CanopenSlave::new(NodeId::of::<5>(), &Settings::DEFAULT, Probe::default());
+            let mut shared = Shared::new(Box::leak(Box::new(slave)), &DIAGNOSTICS);
+            shared.power_on(Instant::ZERO);
+            let (period, mut due) = (Settings::DEFAULT.heartbeats.producer, Instant::ZERO);
+            // Filters go first, one after the other.
+            while due < Instant::ZERO + period {
+                due = turn(&mut shared, due);
+                while shared.out.pop_command().is_some() {}
+            }
+            while shared.queues[Bus::Nominal].pop().is_some() {}
+            shared.armed = due;
+            let wakes = shared.node.wakes_mut();
+            wakes.set(Some(Instant::from_micros(due.as_micros() ^ 1 << bit)));
+            let next = turn(&mut shared, due);
+            assert!(shared.queues[Bus::Nominal].pop().is_some(), "bit {bit}");
+            assert!(due < next && next <= due + period, "bit {bit}");
+        }
+    }
 }

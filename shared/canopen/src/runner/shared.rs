@@ -193,16 +193,16 @@ impl<N: Node> Shared<N> {
         } else {
             self.deliver(None, now);
         }
-        self.end_step();
+        self.end_step(now);
     }
 
     /// Ends a step of the node: wakes the application for its events, and the task of everything that is due if
-    /// it would run too late.
+    /// it would run too late, or missed its instant: a bit of its alarm flipped.
     #[inline]
-    pub fn end_step(&mut self) {
+    pub fn end_step(&mut self, now: Instant) {
         self.tell_application();
         if let Some(due) = self.node.deadline()
-            && due < self.armed
+            && (due < self.armed || self.armed < now)
         {
             wake(&self.timekeeper);
         }

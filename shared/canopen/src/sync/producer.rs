@@ -20,8 +20,8 @@ pub struct Producer {
     counter: u8,
     /// Each SYNC is late by at most this, microseconds.
     dither: u16,
-    /// Delay of the next SYNC.
-    late: Duration,
+    /// Delay of the next SYNC, microseconds.
+    late: u16,
     random: Random,
 }
 
@@ -45,22 +45,14 @@ impl Producer {
     /// Makes a producer that is silent until it is started.
     pub const fn with(config: Config) -> Self {
         let timer = Periodic::new(config.period);
-        Producer {
-            config,
-            timer,
-            running: false,
-            counter: 0,
-            dither: 0,
-            late: Duration::ZERO,
-            random: Random(1),
-        }
+        Producer { config, timer, running: false, counter: 0, dither: 0, late: 0, random: Random(1) }
     }
 
     /// Sets the dither: from now on each SYNC is late by a random whole number of microseconds, `0..=most`, at
     /// most half of the period. The grid of the period does not move.
     pub fn set_dither(&mut self, most: u16) {
         self.dither = most;
-        self.late = Duration::ZERO;
+        self.late = 0;
     }
 
     /// Starts the production, or starts it again. The first SYNC is due a period from `now` and has counter 1.
@@ -103,14 +95,18 @@ impl Producer {
 
     /// Returns the SYNC when it is due.
     pub fn poll(&mut self, now: Instant) -> Option<Frame> {
+        self.timer.confine(now);
+        // A flipped bit must not stop it.
+        if self.running && self.timer.deadline().is_none() {
+            self.timer.restart(now);
+        }
         if self.deadline().is_none_or(|due| now < due) {
             return None;
         }
         self.timer.due(now);
         let Config { id, period, overflow } = self.config;
         if self.dither > 0 {
-            let late = self.random.at_most(self.dither).min(period.as_micros() / 2);
-            self.late = Duration::from_micros(late);
+            self.late = self.random.at_most(self.dither).min(period.as_micros() / 2) as u16;
         }
         if overflow == 0 {
             return Some(Frame::of(id, []));
@@ -121,7 +117,7 @@ impl Producer {
 
     /// Returns when the next SYNC is due.
     pub fn deadline(&self) -> Option<Instant> {
-        self.timer.deadline().map(|due| due + self.late)
+        self.timer.deadline().map(|due| due + Duration::from_micros(self.late.into()))
     }
 
     /// Returns whether the producer was not started, or the next SYNC is due within two periods, or was due less than two

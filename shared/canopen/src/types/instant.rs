@@ -46,6 +46,14 @@ impl Instant {
         self.0
     }
 
+    /// Makes the instant `latest` if it is later: a bit of it flipped.
+    #[cfg_attr(target_os = "none", inline(never))] // row `size.pyboard-v11.slave.flash`
+    pub fn confine(&mut self, latest: Instant) {
+        if *self > latest {
+            *self = latest;
+        }
+    }
+
     /// Returns the span since `earlier`, zero if `earlier` is later.
     #[must_use]
     pub const fn since(self, earlier: Instant) -> Duration {

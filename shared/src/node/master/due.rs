@@ -3,6 +3,7 @@
 use async_canopen::node::extend::Part;
 
 use super::{Master, MasterEvent, Turn};
+use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::SpacecraftDevice;
 use crate::redundancy::MasterBoards;
 use crate::types::earliest;
@@ -30,10 +31,24 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         self.run_filters(turn);
         if self.is_active() {
             self.run_boot(turn);
+            self.run_rescue(turn);
             self.run_device(turn);
             self.run_sync(turn);
         }
         self.settle();
+    }
+
+    /// Resets slaves that do not recover by themselves.
+    fn run_rescue(&mut self, turn: &mut Turn) {
+        if !self.redundancy.is_announced() {
+            return;
+        }
+        let minimal = self.minimal;
+        let is_minimal = |node| minimal.iter().any(|minimal| minimal.node == node);
+        let stranded = self.redundancy.peers().stranded().filter(|node| !is_minimal(*node));
+        if let Some(node) = self.rescue.no_sooner().poll(turn.until, stranded) {
+            self.send_nmt(NmtMessage { command: Command::ResetNode, target: Target::Node(node) }, turn);
+        }
     }
 
     fn run_sync(&mut self, turn: &mut Turn) {
@@ -59,6 +74,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             self.identification_deadline(),
             self.errors_deadline(),
             self.budgets.earliest(),
+            self.rescue.deadline().filter(|_| self.redundancy.is_announced()),
             sync,
         ]);
         self.services.settle(self.reporting_state());

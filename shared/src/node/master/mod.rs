@@ -36,7 +36,7 @@ use crate::link::port::Filter;
 use crate::nmt::machine::StateClashes;
 use crate::node::{Filters, FullDepth, Hardware, LinkEvent, Node, TimeKeeper};
 use crate::profile::{MinimalNode, Profile};
-use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard};
+use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard, Rescue};
 use crate::store::Group;
 use crate::sync;
 use crate::time::LocalClock;
@@ -59,6 +59,7 @@ pub struct Master<D: SpacecraftDevice, B: MasterBoards = OneBoard> {
     identification: Timed<Identification>,
     errors: Timed<ErrorReader>,
     budgets: Timed<Budgets>,
+    rescue: Timed<Rescue>,
     sync: Timed<sync::machine::Producer>,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
@@ -82,6 +83,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             identification: Timed::new(Identification::default()),
             errors: Timed::new(ErrorReader::new(requests::PERIOD)),
             budgets: Timed::new(Budgets::new(profile)),
+            rescue: Timed::new(Rescue::default()),
             // Boot-up configures it by the objects.
             sync: Timed::new(sync::machine::Producer::with(sync::machine::Config::new(0, 0, 0))),
             stamped: profile.stamped,
@@ -278,6 +280,12 @@ impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
 impl<D: SpacecraftDevice, B: MasterBoards> TimeKeeper for Master<D, B> {
     fn spacecraft_clock(&self) -> &LocalClock {
         self.services.time().clock()
+    }
+}
+
+impl Part for Rescue {
+    fn earliest(&self) -> Option<Instant> {
+        self.deadline()
     }
 }
 

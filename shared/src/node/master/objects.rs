@@ -250,8 +250,14 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// board found.
     pub(super) fn scrub(&mut self, turn: &Turn) {
         self.services.compare_node_ids(&mut { NodeId::MASTER });
+        let written = written_redundancy(&self.services, &self.initial);
+        if self.redundancy.no_sooner().refresh(written, turn.now) {
+            self.services.report_flipped();
+        }
+        self.services.refresh_derived(self.redundancy.state(), turn.now);
         if self.services.compare_cob_ids(turn.now) {
             self.follow(Address::new(SYNC_COB_ID, 0), turn.now);
+            self.follow_consumers();
             // A bus may have taken a filter from the object that was wrong.
             self.note_filters();
         }

@@ -110,10 +110,14 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             self.services.on_ranged(node, &stamp);
         }
         // A minimal slave has no NMT commands (ECSS 9.4.6.1a).
-        if let Some(message) = heard.command(node, state, may_start)
-            && self.minimal(node).is_none()
-        {
+        if self.minimal(node).is_some() {
+            return;
+        }
+        if let Some(message) = heard.command(node, state, may_start) {
             self.send_nmt(message, turn);
+        }
+        if heard.start && state == NmtState::Stopped {
+            self.rescue.step(self.services.wakes_mut(), |rescue| rescue.on_stopped(stamp.at));
         }
     }
 
@@ -192,6 +196,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         match verdict {
             MasterVerdict::OtherMaster(action) | MasterVerdict::Claim(action) => {
                 self.services.buses_mut().count_heartbeat(bus, frame);
+                // A standby sends no heartbeat with which it would look for flipped bits.
+                self.scrub(turn);
                 self.act_if(action, turn);
             }
             MasterVerdict::Heartbeat { node, state } => {

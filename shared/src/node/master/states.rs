@@ -59,6 +59,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         self.drop_transfers(turn.now);
         self.boot_mut().stand_by();
         *self.identification.change(self.services.wakes_mut()) = Identification::default();
+        self.rescue.no_sooner().stand_by();
         self.end_clashes(Instant::NEVER, turn);
         for bus in Bus::ALL {
             self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
@@ -223,6 +224,10 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         self.show_state(node, MISSING);
         self.boot_mut().on_lost(node);
         self.errors_mut().lose(node);
+        // A minimal slave has no NMT commands (ECSS 9.4.6.1a).
+        if self.minimal(node).is_none() {
+            self.rescue.no_sooner().on_lost(turn.now);
+        }
         turn.out.event(MasterEvent::SlaveLost { node });
     }
 

@@ -4,14 +4,17 @@ extern crate std;
 
 use std::vec::Vec;
 
+use crate::heartbeat::ConsumerSlots;
 use crate::heartbeat::machine::NodeControl;
 use crate::link::Stamp;
 use crate::node::extend::Outbox;
 use crate::node::probe::{Probe, TwoServers};
+use crate::node::services::SpacecraftServices;
 use crate::node::{
     BusCommand, DeviceNode, LinkEvent, Node, NodeObjects, Slave, SlaveEvent, SpacecraftDevice, Turn,
 };
 use crate::profile::Profile;
+use crate::redundancy::Parameters;
 use crate::sdo::TwoSdoServers;
 use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 
@@ -239,4 +242,59 @@ fn a_flipped_cob_id_of_the_second_sdo_server_is_mended() {
             );
         }
     }
+}
+
+/// Flips a bit of a slave.
+type Flip = fn(&mut Bench, u32);
+
+/// Given a running slave, when any bit of its heartbeat period, consumer time or redundancy parameters flips, in the objects or
+/// where they are in use, then all are right again within 32 heartbeats, and the slave counts it.
+#[test]
+fn a_flipped_redundancy_parameter_is_mended() {
+    let cases: [(&str, u32, Flip); 6] = [
+        ("1017h", 16, |bench, bit| bench.objects_mut().communication.heartbeat.time ^= 1 << bit),
+        ("1016h", 32, |bench, bit| bench.objects_mut().consumers.entries_mut()[0] ^= 1 << bit),
+        ("Ttoggle", 8, |bench, bit| bench.objects_mut().extension.redundancy.parameters.ttoggle ^= 1 << bit),
+        ("Ntoggle", 8, |bench, bit| bench.objects_mut().extension.redundancy.parameters.ntoggle ^= 1 << bit),
+        ("consumer time in use", 40, |bench, bit| {
+            let mut parameters = *bench.slave.redundancy.parameters();
+            parameters.consumer = Duration::from_micros(parameters.consumer.as_micros() ^ 1 << bit);
+            bench.slave.redundancy.no_sooner().configure(parameters);
+        }),
+        ("Ttoggle in use", 8, |bench, bit| {
+            let mut parameters = *bench.slave.redundancy.parameters();
+            parameters.ttoggle ^= 1 << bit;
+            bench.slave.redundancy.no_sooner().configure(parameters);
+        }),
+    ];
+    // Its search counts in Ctoggle.
+    let right = |bench: &Bench| {
+        let written = bench.slave.canopen.services().written_redundancy();
+        let in_use = *bench.slave.redundancy.parameters();
+        let [written, in_use] = [written, in_use].map(|all| Parameters { ctoggle: 0, ..all });
+        (written, in_use, bench.slave.canopen.control().period())
+    };
+    for (name, bits, flip) in cases {
+        for bit in 0..bits {
+            let mut bench = Bench::new();
+            let before = right(&bench);
+            assert_eq!((before.0, before.2), (before.1, before.0.producer));
+            flip(&mut bench, bit);
+            bench.heartbeats(32);
+            assert_eq!(right(&bench), before, "{name}, bit {bit}");
+            assert!(bench.mended() > 0, "{name}, bit {bit}");
+        }
+    }
+}
+
+/// Given a running slave that is not above its budget, when a bit says that it is silent, then that ends with the next heartbeat.
+#[test]
+fn a_slave_silenced_by_a_flipped_bit_is_not_silent() {
+    let mut bench = Bench::new();
+    bench.with(|slave, turn| {
+        slave.decide(turn, |redundancy, step| redundancy.silence(step));
+    });
+    assert!(bench.slave.redundancy.is_silenced());
+    bench.heartbeats(1);
+    assert!(!bench.slave.redundancy.is_silenced());
 }

@@ -36,6 +36,8 @@
 
 mod action;
 mod boards;
+#[cfg(test)]
+mod flipped;
 mod held;
 mod reception;
 mod role;
@@ -54,7 +56,7 @@ use crate::link::machine::Outgoing;
 use crate::link::port::Health;
 use crate::nmt::machine::{NmtSlave, Reaction};
 use crate::nmt::{Command, NmtMessage, Target};
-use crate::types::{Bus, Canonical, CobId, Duration, Instant, NmtState, NodeId, earliest};
+use crate::types::{Bus, Canonical, CobId, Duration, Instant, NmtState, NodeId, correct, earliest};
 
 /// Frames that may wait until the active bus is announced.
 const HELD: usize = 16;
@@ -102,6 +104,8 @@ pub struct MasterRedundancy<B: MasterBoards = OneBoard, const N: usize = PLACES,
     #[canonical(within = self.parameters().quiet_time())]
     rivals: Rivals,
     nmt: NmtSlave,
+    /// Copy of the NMT state of `nmt` and of `manager`: two of the three have to agree.
+    state: NmtState,
     access: BusAccess,
     lifetime: Duration,
     /// Claim that follows the last heartbeat, and its next bus.
@@ -120,6 +124,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
             boards,
             rivals: Rivals::default(),
             nmt: NmtSlave::new(true),
+            state: NmtState::Initialising,
             access,
             lifetime,
             due: None,
@@ -153,7 +158,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     pub fn boot_up(&mut self, now: Instant) -> (Outgoing, NmtState) {
         let frame = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
         let state = self.nmt.boot();
-        self.manager.set_state(state);
+        self.set_state(state);
         (Outgoing { frame, expires: now + self.lifetime() }, state)
     }
 
@@ -167,9 +172,23 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
     pub fn on_own_command(&mut self, command: Command) -> Reaction {
         let reaction = self.nmt.on_command(command);
         if let Reaction::Entered(state) = reaction {
-            self.manager.set_state(state);
+            self.set_state(state);
         }
         reaction
+    }
+
+    pub(super) fn set_state(&mut self, state: NmtState) {
+        (self.state, *self.manager.state_mut()) = (state, state);
+    }
+
+    /// Corrects the NMT state by its copies. Takes parameters that differ from those in use, and bounds stored instants. Call it
+    /// periodically with the `written` parameters. Returns whether a bit was wrong.
+    pub fn refresh(&mut self, written: Parameters, now: Instant) -> bool {
+        let is_active = self.is_active();
+        let copies = [self.nmt.state_mut(), self.manager.state_mut(), &mut self.state];
+        // That of a standby decides nothing.
+        let is_wrong = is_active && correct(copies);
+        self.manager.refresh(written, now) || is_wrong
     }
 
     /// Takes a command of the application to slaves. A slave that it stops, or makes Pre-operational, is held there.

@@ -42,7 +42,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         self.manager.stand_by();
         self.rivals = Rivals::default();
         self.nmt = NmtSlave::new(true);
-        self.manager.set_state(NmtState::Initialising);
+        self.set_state(NmtState::Initialising);
         MasterAction::StoodBy { bus: self.active(), change }
     }
 

@@ -123,6 +123,13 @@ impl SlaveRedundancy {
         self.selector.configure(parameters);
     }
 
+    /// Takes parameters that differ from those in use, and bounds stored instants. Call it periodically with the `written`
+    /// parameters. Returns whether a bit was wrong.
+    pub fn refresh(&mut self, written: Parameters, now: Instant) -> bool {
+        self.warning.iter_mut().for_each(|end| end.confine(now + self.warning_time));
+        self.selector.refresh(written, now)
+    }
+
     /// Takes the bus that the application of a slave with selective access chose (ECSS 8.2.3a). It applies with the next
     /// [`SlaveRedundancy::poll`]. Returns `false` with parallel access: there the master chooses.
     #[must_use]
@@ -145,6 +152,11 @@ impl SlaveRedundancy {
     /// client had written.
     pub const fn resume(&mut self) {
         self.is_silenced = false;
+    }
+
+    /// Returns whether the node is silenced.
+    pub(crate) const fn is_silenced(&self) -> bool {
+        self.is_silenced
     }
 
     /// Does the first of what was due at `until`, which may be before the present: a frame is judged by its end. Returns

@@ -1,7 +1,7 @@
 //! Schedule of commands and telemetry requests: each slave has one turn in a period, in a separate part of it, so that
 //! bursts never fill a queue.
 //!
-//! Missed turns are skipped.
+//! Missed turns are skipped. A turn that is further away than a period has a flipped bit, and is due at once.
 
 use ecss_can::types::{Duration, Instant, NodeId, Periodic};
 
@@ -49,24 +49,28 @@ impl Schedule {
         let first = began + offset;
         if let Some(turns) = self.turns.get_mut(slot).filter(|turns| turns.deadline().is_none()) {
             turns.start(if first > now { first } else { first + self.period });
-            self.plan();
+            self.plan(now);
         }
     }
 
     /// Removes a slave from the schedule.
-    pub fn stop(&mut self, node: NodeId) {
+    pub fn stop(&mut self, node: NodeId, now: Instant) {
         if let Some(turns) = slot(node).and_then(|slot| self.turns.get_mut(slot)) {
             turns.stop();
-            self.plan();
+            self.plan(now);
         }
     }
 
     /// Returns the next turn.
-    pub fn next(&self) -> Option<Turn> {
+    pub fn next(&mut self, now: Instant) -> Option<Turn> {
+        if self.next.is_some_and(|turn| turn.at.since(now) > self.period) {
+            self.plan(now);
+        }
         self.next
     }
 
-    fn plan(&mut self) {
+    fn plan(&mut self, now: Instant) {
+        self.turns.iter_mut().for_each(|turns| turns.confine(now));
         let turns = self.turns.iter().zip(&self.counts).zip(FIRST..).filter_map(|((turns, count), node)| {
             Some(Turn { node: NodeId::new(node)?, at: turns.deadline()?, count: *count })
         });
@@ -80,7 +84,43 @@ impl Schedule {
             *count = count.wrapping_add(1);
         }
         let missed = self.turns.get_mut(slot).and_then(|turns| turns.take(now)).unwrap_or(0);
-        self.plan();
+        self.plan(now);
         missed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD: Duration = Duration::from_millis(100);
+
+    /// Given a schedule of three slaves, when any bit of an instant of it flips, then each of them has a turn in each of the periods
+    /// after the next.
+    #[test]
+    fn every_slave_keeps_its_turns_whatever_bit_has_flipped() {
+        let nodes = [2, 3, 4].map(|raw| NodeId::new(raw).unwrap());
+        let begin = Instant::from_micros(46_912_496_118);
+        let flipped = |at: Instant, bit: u32| Instant::from_micros(at.as_micros() ^ 1 << bit);
+        for bit in 0..128 {
+            let mut schedule = Schedule::new(PERIOD);
+            nodes.iter().for_each(|node| schedule.start(*node, begin));
+            if bit < 64 {
+                schedule.next.as_mut().unwrap().at = flipped(schedule.next.unwrap().at, bit);
+            } else {
+                let at = schedule.turns[0].deadline().unwrap();
+                schedule.turns[0].start(flipped(at, bit - 64));
+            }
+            let mut taken = [0; 3];
+            for step in 0..700 {
+                // An event of the node ends the wait at least this often.
+                let now = begin + Duration::from_millis(step);
+                while let Some(turn) = schedule.next(now).filter(|turn| turn.at <= now) {
+                    schedule.taken(turn, now);
+                    taken[usize::from(turn.node.get()) - 2] += usize::from(step >= 300);
+                }
+            }
+            assert!(taken.iter().all(|taken| (4..=5).contains(taken)), "bit {bit}: {taken:?}");
+        }
     }
 }

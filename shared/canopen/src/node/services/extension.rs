@@ -42,6 +42,9 @@ pub trait Extension<D: Device>: Objects + Debug + Default {
     /// Index above which no object has a rule: the last one of the communication profile, or a later one of the extension.
     const LAST_RULED: u16 = crate::node::index::LAST_COMMUNICATION;
 
+    /// Index of the object whose parameters [`Extension::parameters`] returns. Zero: none.
+    const PARAMETERS: u16 = 0;
+
     /// Lifetime of a transmit PDO for which [`Extension::is_short_lived`] holds.
     const SHORT_LIFETIME: Duration = Duration::ZERO;
 
@@ -138,6 +141,14 @@ pub trait Extension<D: Device>: Objects + Debug + Default {
 
     /// Shows in the objects whether there is a parameter store.
     fn show_store(&mut self, _is_there: bool) {}
+
+    /// Returns parameters that decide for long, to be guarded against flipped bits.
+    fn parameters(&self) -> u32 {
+        0
+    }
+
+    /// Takes the parameters in which a flipped bit was corrected.
+    fn restore_parameters(&mut self, _parameters: u32) {}
 
     /// Counts a flipped bit that was mended. Returns how many were.
     fn count_mended(&mut self) -> u16 {

@@ -89,7 +89,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
         }
         self.follow_second_sdo(at);
         if E::IS_GUARDED {
-            self.copy_written_cob_id(at);
+            self.copy_written(at);
         }
     }
 }

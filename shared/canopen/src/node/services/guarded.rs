@@ -9,10 +9,14 @@
 //! After each heartbeat the node compares one COB-ID, or a few. So the comparison needs no wake-up of its own and
 //! no long step (row `rx.inside_look`). Within [`HEARTBEATS`] it has compared all. The second copy is right while
 //! it fits its complement. Otherwise the object is right.
+//!
+//! The other parameters of the services are compared with the COB-IDs.
 
+mod parameters;
 #[cfg(test)]
 mod tests;
 
+use self::parameters::Codes;
 use super::Services;
 use crate::emcy::ErrorCode;
 use crate::node::Device;
@@ -22,7 +26,7 @@ use crate::node::services::rules::{SYNC_IS_USED, is_channel};
 use crate::od::copies::{Copied, Copies};
 use crate::pdo::{Direction, PdoSlots};
 use crate::sdo::SdoServers;
-use crate::types::{Address, CobId, Instant, NodeId, Sealed};
+use crate::types::{Address, CobId, Instant, NodeId, Sealed, correct};
 
 /// Source of the emergency that reports a flipped bit; the number of those that were mended follows.
 const FLIPPED: u8 = 1;
@@ -35,20 +39,6 @@ const SYNC: usize = 0;
 const EMCY: usize = 1;
 const FIRST_RPDO: usize = 2;
 
-/// Corrects the one of three copies of a Node-ID that differs from the others. Returns whether one
-/// differed.
-pub fn correct(copies: [&mut NodeId; 3]) -> bool {
-    let [first, second, third] = copies;
-    let wrong = match (first == second, second == third) {
-        (true, true) => return false,
-        (true, false) => (third, *first),
-        (false, true) => (first, *second),
-        (false, false) => (second, *first),
-    };
-    *wrong.0 = wrong.1;
-    true
-}
-
 /// Second copies of the COB-IDs of a node.
 #[derive(Debug)]
 pub struct Guarded<S: PdoSlots> {
@@ -56,6 +46,7 @@ pub struct Guarded<S: PdoSlots> {
     emcy: Copied,
     rpdos: S::Receive<Copied>,
     tpdos: S::Transmit<Copied>,
+    codes: Codes<S>,
     /// Number of the COB-ID that is compared next.
     next: usize,
 }
@@ -66,7 +57,8 @@ impl<S: PdoSlots> Guarded<S> {
 
     pub fn new() -> Self {
         let none = Copied::NONE;
-        Guarded { sync: none, emcy: none, rpdos: S::receive(none), tpdos: S::transmit(none), next: 0 }
+        let (rpdos, tpdos) = (S::receive(none), S::transmit(none));
+        Guarded { sync: none, emcy: none, rpdos, tpdos, codes: Codes::new(), next: 0 }
     }
 }
 
@@ -101,15 +93,19 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
 
     /// Copies all COB-IDs after the services took them.
     pub(crate) fn copy_cob_ids(&mut self) {
-        (0..Self::COB_IDS).for_each(|number| self.copy_cob_id(number));
+        for number in 0..Self::COB_IDS {
+            self.copy_cob_id(number);
+            self.copy_parameters(number);
+        }
     }
 
-    /// Copies the COB-ID of an object that was written, if it has one. The other copies stay as they are, so that
-    /// a flipped bit in one of them is still found.
-    pub(crate) fn copy_written_cob_id(&mut self, at: Address) {
+    /// Copies the COB-ID of an object that was written, and computes the code of its parameters, as far as it has them. The other
+    /// copies stay as they are, so that a flipped bit in one of them is still found.
+    pub(crate) fn copy_written(&mut self, at: Address) {
         if let Some(number) = number_of::<D>(at) {
             self.copy_cob_id(number);
         }
+        self.copy_written_parameters(at);
     }
 
     fn copy_cob_id(&mut self, number: usize) {
@@ -126,6 +122,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
             let number = self.guarded.next;
             self.guarded.next = (number + 1) % Self::COB_IDS;
             is_wrong |= self.copies(number).is_some_and(Copies::correct);
+            is_wrong |= self.compare_parameters(number, now);
         }
         if is_wrong {
             self.sync_id = Sealed::of(self.written_sync_id());
@@ -176,7 +173,7 @@ impl<D: Device, E: Extension<D>> Services<D, E> {
 
     /// Reports that a flipped bit was corrected.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`
-    fn report_flipped(&mut self) {
+    pub fn report_flipped(&mut self) {
         let [low, high] = self.objects_mut().extension.count_mended().to_le_bytes();
         self.report_past(ErrorCode::HARDWARE, [FLIPPED, low, high, 0, 0]);
     }

@@ -219,6 +219,11 @@ impl<D: Device, E: Extension<D>> SlaveCore<D, E> {
     /// Looks for flipped bits in COB-IDs, a few after each heartbeat: with it they would make a long
     /// step longer (row `rx.inside_look`).
     fn check_cob_ids(&mut self, now: Instant) {
+        self.services.refresh_derived(self.control.state(), now);
+        if self.control.period() != self.services.heartbeat_period() {
+            self.follow_heartbeat(now);
+        }
+        self.update_taken();
         if self.services.compare_cob_ids(now) {
             // A bus may have taken its filter from the object that was wrong.
             self.note_all_filters();

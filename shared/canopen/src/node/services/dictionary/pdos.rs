@@ -147,6 +147,25 @@ impl<D: Device, E: Extension<D>> Dictionary<D, E> {
         }
     }
 
+    /// Gives a valid PDO the parameters of the objects again. One that cannot be was reported when it was written.
+    pub fn refresh_pdo(&mut self, direction: Direction, number: usize) {
+        let Some((pdo, mapping)) = self.objects.pdos.pdo(direction, number) else { return };
+        let resolved = pdo::resolve::<NodeObjects<D, E>>(direction, pdo, mapping.objects());
+        let Ok(Some((_, layout))) = resolved else { return };
+        match direction {
+            Direction::Receive => {
+                self.rpdos.no_sooner().renew(number, pdo, layout, E::is_special(mapping));
+            }
+            Direction::Transmit => self.tpdos.no_sooner().renew(number, pdo, layout),
+        }
+    }
+
+    /// Computes again what the PDOs derive from their parameters and from the NMT state.
+    pub fn refresh_derived(&mut self, state: NmtState, now: Instant) {
+        self.rpdos.no_sooner().refresh();
+        self.tpdos.no_sooner().refresh(state.allows_pdo(), now);
+    }
+
     /// Follows a write to the parameters of a PDO: the service takes them, or refuses them.
     pub fn configure_pdo(&mut self, at: Address, value: u32) -> Result<(), AbortCode> {
         let number = usize::from(at.index & 0x1FF);

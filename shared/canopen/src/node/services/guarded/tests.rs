@@ -5,7 +5,6 @@ extern crate std;
 use std::vec;
 use std::vec::Vec;
 
-use super::correct;
 use crate::emcy::Config;
 use crate::node::index::{EMCY_COB_ID, RPDO, SYNC_COB_ID, TPDO};
 use crate::node::probe::{Guard, Probe};
@@ -17,14 +16,14 @@ use crate::od::copies::Copied;
 use crate::od::{INVALID, NO_REMOTE};
 use crate::pdo::{Direction, Layout};
 use crate::store::machine::NoStore;
-use crate::types::{Address, CobId, Duration, Instant, NodeId, Sealed};
+use crate::types::{Address, CobId, Duration, Instant, NodeId, Sealed, correct};
 
 const ID: NodeId = NodeId::of::<5>();
 /// SYNC, emergencies, two PDOs of each direction.
 const OBJECTS: usize = 6;
-const NOW: Instant = Instant::from_micros(1_000);
+pub(super) const NOW: Instant = Instant::from_micros(1_000);
 
-fn services() -> Services<Probe, Guard> {
+pub(super) fn services() -> Services<Probe, Guard> {
     let settings = Settings::DEFAULT;
     let objects = || NodeObjects::at_power_on(ID, settings.heartbeats, Probe::default());
     let mut services = Services::new(ID, objects, NoStore, &settings, || ());
@@ -33,7 +32,7 @@ fn services() -> Services<Probe, Guard> {
 }
 
 /// A client writes a COB-ID.
-fn write(services: &mut Services<Probe, Guard>, at: Address, value: u32) {
+pub(super) fn write(services: &mut Services<Probe, Guard>, at: Address, value: u32) {
     let mut out = Outbox::<Event>::new();
     services.write(at, &value.to_le_bytes(), NOW).unwrap();
     services.on_own_written(at, &mut Turn::new(NOW, &mut out));
@@ -55,7 +54,7 @@ fn state(services: &Services<Probe, Guard>) -> (Vec<u32>, Vec<Option<CobId>>, bo
 }
 
 /// Heartbeats until each COB-ID was compared, at least one with each: the errors that were mended.
-fn compare(services: &mut Services<Probe, Guard>) -> u16 {
+pub(super) fn compare(services: &mut Services<Probe, Guard>) -> u16 {
     let mended = |services: &Services<Probe, Guard>| services.objects().extension.mended;
     let before = mended(services);
     for _ in 0..OBJECTS {
