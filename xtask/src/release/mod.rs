@@ -7,6 +7,7 @@
 mod alone;
 mod archive;
 mod directory;
+mod family;
 mod front;
 mod notes;
 mod sbom;
@@ -62,6 +63,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 
 fn check(packages: &[&Package], version: &str, source: &Source) -> anyhow::Result<()> {
     let mut faults = front::faults(packages, version);
+    faults.extend(family::faults(packages));
     faults.extend(notes::section(version).err().map(|error| error.to_string()));
     let archives = archive::make(packages)?;
     for archive in &archives {
