@@ -7,6 +7,7 @@
 mod alone;
 mod archive;
 mod directory;
+mod documentation;
 mod family;
 mod front;
 mod notes;
@@ -74,6 +75,7 @@ fn check(packages: &[&Package], version: &str, source: &Source) -> anyhow::Resul
     if !faults.is_empty() {
         bail!("{} faults in the published packages; see above", faults.len());
     }
+    documentation::check(packages)?;
     semver::check(source)?;
     alone::check(&archives)
 }
