@@ -13,9 +13,11 @@ use super::BUILT;
 /// `[package.metadata.docs.rs]` of a manifest.
 #[derive(Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-struct Settings {
-    all_features: bool,
-    features: Vec<String>,
+pub struct Settings {
+    /// All features of the package.
+    pub all_features: bool,
+    /// Features beside the default ones.
+    pub features: Vec<String>,
     /// `None`: the computer that builds the documentation.
     default_target: Option<String>,
     /// Further targets.
@@ -30,7 +32,7 @@ pub fn check(packages: &[&Package]) -> anyhow::Result<()> {
     for package in packages {
         let begin = Instant::now();
         let name = &package.name;
-        let settings = settings(package).with_context(|| format!("{name}: package.metadata.docs.rs"))?;
+        let settings = Settings::of(package)?;
         if settings.is_for_boards()? {
             document(name, &settings.features)?;
         } else {
@@ -39,11 +41,6 @@ pub fn check(packages: &[&Package]) -> anyhow::Result<()> {
         output::line(format_args!("{:>6.1} s  documentation of {name}", begin.elapsed().as_secs_f64()))?;
     }
     Ok(())
-}
-
-fn settings(package: &Package) -> anyhow::Result<Settings> {
-    let given = package.metadata.get("docs").and_then(|docs| docs.get("rs"));
-    Ok(given.map_or_else(|| Ok(Settings::default()), |given| serde_json::from_value(given.clone()))?)
 }
 
 fn on_host(package: &str, settings: &Settings) -> anyhow::Result<()> {
@@ -58,8 +55,23 @@ fn on_host(package: &str, settings: &Settings) -> anyhow::Result<()> {
 }
 
 impl Settings {
+    /// Returns the settings of a package.
+    ///
+    /// # Errors
+    /// When the manifest has others than these.
+    pub fn of(package: &Package) -> anyhow::Result<Settings> {
+        let Some(given) = package.metadata.get("docs").and_then(|docs| docs.get("rs")) else {
+            return Ok(Settings::default());
+        };
+        serde_json::from_value(given.clone())
+            .with_context(|| format!("{}: package.metadata.docs.rs", package.name))
+    }
+
     /// Returns whether the documentation is written for the target of boards, and for no other.
-    fn is_for_boards(&self) -> anyhow::Result<bool> {
+    ///
+    /// # Errors
+    /// When it is written for another target, or for several.
+    pub fn is_for_boards(&self) -> anyhow::Result<bool> {
         match &self.default_target {
             None => Ok(false),
             Some(target) => {
@@ -83,7 +95,7 @@ mod tests {
     fn crates_of_boards_are_documented_for_their_target() {
         let metadata = metadata().unwrap();
         let packages = published(&metadata);
-        let is_for_boards = |package: &Package| settings(package).unwrap().is_for_boards().unwrap();
+        let is_for_boards = |package: &Package| Settings::of(package).unwrap().is_for_boards().unwrap();
         let of_boards = packages.iter().filter(|package| is_for_boards(package));
         let names: Vec<&str> = of_boards.map(|package| package.name.as_str()).collect();
         let expected = ["nucleo-f446re", "pyboard-v11", "runtime", "stm32f4", "stm32f4discovery"];

@@ -76,7 +76,7 @@ fn check(packages: &[&Package], version: &str, source: &Source) -> anyhow::Resul
         bail!("{} faults in the published packages; see above", faults.len());
     }
     documentation::check(packages)?;
-    semver::check(source)?;
+    semver::check(packages, source)?;
     alone::check(&archives)
 }
 
