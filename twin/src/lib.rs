@@ -55,6 +55,9 @@
 //! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it
 //!   at the end, with the counts they had. Without DMA, two edges in one quantum are an overcapture.
 //! * The synchroniser of capture inputs (a delay that is equal for every edge), compare preload.
+//!
+//! Related crates: [`ecss-can-cli`](https://docs.rs/ecss-can-cli), [`ecss-can-worlds`](https://docs.rs/ecss-can-worlds),
+//! [`ecss-can`](https://docs.rs/ecss-can).
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

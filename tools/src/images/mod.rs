@@ -230,6 +230,19 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     Ok(())
 }
 
+/// Writes the documentation of a package of the workspace for the target, without that of its dependencies. Warnings are errors.
+///
+/// # Errors
+/// See [`Error`].
+pub fn document(package: &str, features: &[String]) -> Result<(), Error> {
+    let root = workspace();
+    let task = format!("document {package}");
+    let job = Job { home: &root, prepare: &|| Ok(()), task, log: LOG, is_locked: true };
+    let mut what = vec!["--package".to_owned(), package.to_owned()];
+    what.extend(features.iter().flat_map(|feature| ["--features".to_owned(), feature.clone()]));
+    job.run(&["doc", "--no-deps"], &what, &[], |cargo| run(cargo.env("RUSTDOCFLAGS", "-D warnings")))
+}
+
 /// Returns the arguments for the third-party drivers; none if they have no feature for the board.
 fn drivers_of_others(board: &str) -> Result<Vec<String>, Error> {
     let features = Package::of_workspace(FOREIGN).choice()?.features;

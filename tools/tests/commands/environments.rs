@@ -107,17 +107,20 @@ impl Environment {
         program.output().expect("the program starts")
     }
 
-    /// Returns the loadable segments of the image: address and content.
+    /// Returns the loadable segments of the image.
     fn segments(&self, temporary: &Path) -> Vec<(u64, Vec<u8>)> {
         let output = self.build(temporary);
         assert!(output.status.success(), "{}: {}", self.name, text(&output));
-        let image = temporary.join(self.folder).join("tiny/target/firmware/tiny");
-        let elf = fs::read(&image).unwrap_or_else(|error| panic!("{}: {error}", image.display()));
-        let file = object::File::parse(&*elf).expect("an ELF file");
-        let segments =
-            file.segments().map(|segment| (segment.address(), segment.data().expect("data").to_vec()));
-        segments.collect()
+        segments(&temporary.join(self.folder))
     }
+}
+
+/// Returns the loadable segments of the image `tiny` that was built below the folder `above`: address and content.
+pub fn segments(above: &Path) -> Vec<(u64, Vec<u8>)> {
+    let image = above.join("tiny/target/firmware/tiny");
+    let elf = fs::read(&image).unwrap_or_else(|error| panic!("{}: {error}", image.display()));
+    let file = object::File::parse(&*elf).expect("an ELF file");
+    file.segments().map(|segment| (segment.address(), segment.data().expect("data").to_vec())).collect()
 }
 
 /// Given each of these environments, then the image has the same loadable segments as without settings. None of the folders is

@@ -12,6 +12,7 @@ mod flash;
 mod mission;
 mod new;
 mod own_package;
+mod permissions;
 mod schedule;
 mod twin;
 mod typed;

@@ -7,6 +7,8 @@
 mod alone;
 mod archive;
 mod directory;
+mod documentation;
+mod family;
 mod front;
 mod notes;
 mod sbom;
@@ -62,6 +64,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 
 fn check(packages: &[&Package], version: &str, source: &Source) -> anyhow::Result<()> {
     let mut faults = front::faults(packages, version);
+    faults.extend(family::faults(packages));
     faults.extend(notes::section(version).err().map(|error| error.to_string()));
     let archives = archive::make(packages)?;
     for archive in &archives {
@@ -72,7 +75,8 @@ fn check(packages: &[&Package], version: &str, source: &Source) -> anyhow::Resul
     if !faults.is_empty() {
         bail!("{} faults in the published packages; see above", faults.len());
     }
-    semver::check(source)?;
+    documentation::check(packages)?;
+    semver::check(packages, source)?;
     alone::check(&archives)
 }
 

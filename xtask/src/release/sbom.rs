@@ -35,6 +35,7 @@ pub fn write(source: &Source, folder: &Path) -> anyhow::Result<()> {
     let tree = project::target(BUILT).join("tree");
     fs::create_dir_all(&tree).with_context(|| format!("cannot use {}", tree.display()))?;
     copy::restore(&project::path(""), &tree)?;
+    let date = date()?;
     for image in IMAGES {
         let file = format!("{image}.cdx.json");
         let package = tree.join("firmware").join(image);
@@ -42,11 +43,24 @@ pub fn write(source: &Source, folder: &Path) -> anyhow::Result<()> {
         cyclonedx.args(["cyclonedx", "-qq", "--format", "json", "--spec-version", "1.5", "--no-build-deps"]);
         cyclonedx.args(["--target", TARGET, "--features", Board::DEFAULT]);
         cyclonedx.args(["--override-filename", file.trim_end_matches(".json")]).current_dir(&package);
+        cyclonedx.env("SOURCE_DATE_EPOCH", &date);
         let status = cyclonedx.status().with_context(|| format!("cannot run {}", CYCLONEDX.program))?;
         ensure!(status.success(), "{} failed for {image} ({status})", CYCLONEDX.program);
         let to = folder.join(&file);
-        fs::copy(package.join(&file), &to).with_context(|| format!("cannot write {}", to.display()))?;
+        let text = fs::read_to_string(package.join(&file)).with_context(|| format!("no {file}"))?;
+        // Names of packages contain their folders: here those of the repository.
+        let text = text.replace(&tree.display().to_string(), "");
+        fs::write(&to, text).with_context(|| format!("cannot write {}", to.display()))?;
         output::line(to.display())?;
     }
     Ok(())
+}
+
+/// Returns the date of the current commit, in seconds since 1970: the file of a commit is the same on each computer.
+fn date() -> anyhow::Result<String> {
+    let mut git = Command::new("git");
+    let output = git.args(["log", "-1", "--format=%ct"]).current_dir(project::path("")).output();
+    let output = output.context("cannot run git")?;
+    ensure!(output.status.success(), "git log failed ({})", output.status);
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }

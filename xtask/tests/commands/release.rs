@@ -6,11 +6,11 @@ use std::os::unix::fs::PermissionsExt;
 
 use crate::XTASK;
 
-/// Writes `{}` to the file that is asked for. A request for its version succeeds.
+/// Writes its folder and its date to the file that is asked for. A request for its version succeeds.
 const CYCLONEDX: &str = "#!/bin/sh
 [ \"$2\" = --version ] && exit 0
 while [ $# -gt 0 ]; do
-    [ \"$1\" = --override-filename ] && echo '{}' > \"$2.json\"
+    [ \"$1\" = --override-filename ] && echo \"$PWD $SOURCE_DATE_EPOCH\" > \"$2.json\"
     shift
 done
 ";
@@ -23,7 +23,8 @@ fn release_without_check_and_folder_is_a_wrong_command_line() {
     assert!(stderr.contains("--check") && stderr.contains("--out <DIR>"), "{stderr}");
 }
 
-/// Given a folder, then it gets the notes of the version in the manifests and a file for each image; the repository gets none.
+/// Given a folder, then it gets the notes of the version in the manifests and a file for each image, with folders of the repository and
+/// the date of the commit; the repository gets none.
 #[test]
 fn release_writes_notes_and_a_file_for_each_image() {
     let here = tempfile::tempdir().expect("a temporary directory");
@@ -42,7 +43,10 @@ fn release_writes_notes_and_a_file_for_each_image() {
     assert!(!notes.contains("\n## ["), "{notes}");
     for image in ["master", "slave", "minimal"] {
         let file = format!("{image}.cdx.json");
-        assert_eq!(fs::read_to_string(out.join(&file)).expect(image), "{}\n");
+        let text = fs::read_to_string(out.join(&file)).expect(image);
+        let (folder, date) = text.split_once(' ').expect("folder and date");
+        assert_eq!(folder, format!("/firmware/{image}"));
+        assert!(date.trim().parse::<u64>().expect("seconds") > 1_700_000_000, "{text}");
         assert!(!crate::docs::root().join("firmware").join(image).join(file).exists());
     }
 }
