@@ -74,6 +74,8 @@ mod minimal;
 mod one_controller;
 #[cfg(target_os = "none")]
 mod post_mortem;
+#[cfg(target_os = "none")]
+mod protection;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod pulse;
 #[cfg(target_os = "none")]
