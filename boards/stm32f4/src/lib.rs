@@ -44,7 +44,11 @@ mod log;
 #[cfg(any(test, target_os = "none"))]
 mod bxcan;
 mod clocks;
+#[cfg(any(not(target_os = "none"), feature = "full"))]
+mod crc;
 mod declare;
+#[cfg(any(test, all(target_os = "none", feature = "full")))]
+mod program;
 #[cfg(any(not(target_os = "none"), feature = "full"))]
 pub mod store;
 pub mod straps;
@@ -134,6 +138,7 @@ pub use {
 pub use {
     board::Board,
     bxcan::{CaptureFault, ControllerFault, LineFault},
+    program::check_program,
     pulse::{Pulse, TooLate},
     supervisor::{Duty, supervise},
 };
