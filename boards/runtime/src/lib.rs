@@ -11,6 +11,7 @@
 //! | `messages` | a panic logs its message first |
 //! | `exceptions` | handlers of faults, NMI and SysTick, which end or supervise the program |
 //! | `memory` | routines of the compiler, smaller or faster: copies of memory, divisions of 64-bit numbers |
+//! | `program` | a check of the program in flash in the background, as a task beside those of the node |
 //!
 //! An image links this crate by using `Irqs`, or by `use ecss_can_runtime as _`. [`node_tasks`] declares a function that
 //! spawns the tasks of a node, [`pulse_task`] one for the pulse output.
@@ -37,6 +38,8 @@ mod log;
 mod memory;
 #[cfg(all(target_os = "none", feature = "panics"))]
 use panic_probe as _;
+#[cfg(target_os = "none")]
+mod program;
 mod tasks;
 
 #[cfg(all(target_os = "none", feature = "interrupts"))]
@@ -44,4 +47,4 @@ pub use interrupts::Irqs;
 
 #[cfg(target_os = "none")]
 #[doc(hidden)]
-pub use ecss_can_stm32f4::supervised;
+pub use {ecss_can_stm32f4::supervised, program::spawn_check};

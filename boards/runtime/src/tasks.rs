@@ -4,7 +4,8 @@
 /// node. The function takes a `Spawner` and the `Runners` of the node. Tasks of Embassy cannot be generic, so each
 /// image declares its own.
 ///
-/// The tasks are supervised under the names `bus`, twice, and `due`. The image depends on `ecss-can` and `embassy-executor`.
+/// The tasks are supervised under the names `bus`, twice, and `due`. With the feature `program` of this crate the function also
+/// spawns the task that checks the program in flash. The image depends on `ecss-can` and `embassy-executor`.
 ///
 /// ```ignore (a part of an image)
 /// ecss_can_runtime::node_tasks!(fn spawn_node(Board, Slave<Heater>));
@@ -30,6 +31,7 @@ macro_rules! node_tasks {
             spawner.spawn(bus(runners.nominal).unwrap());
             spawner.spawn(bus(runners.redundant).unwrap());
             spawner.spawn(due(runners.due).unwrap());
+            $crate::spawn_check(spawner);
         }
     };
 }

@@ -16,9 +16,10 @@ use embassy_stm32::peripherals::FLASH;
 use crate::bxcan::Port;
 use crate::capture::{self, Edges};
 use crate::common::{CanInterrupts, Leds, strap_bits, watch};
+use crate::crc::Crc;
 use crate::pulse::Pulse;
 use crate::spec::{BoardSpec, Wiring};
-use crate::store::{self, ChipFlash, Crc, ParameterLog};
+use crate::store::{self, ChipFlash, ParameterLog};
 use crate::straps::{self, StrapError};
 use crate::{Uptime, registers, retained, spare, supervisor};
 

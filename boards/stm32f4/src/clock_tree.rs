@@ -24,6 +24,7 @@ use embassy_stm32::{Config, Peri, Peripherals};
 use crate::Uptime;
 use crate::clocks::{Oscillator, OscillatorKind};
 use crate::common::dark;
+use crate::protection;
 use crate::spec::{BoardSpec, clocks_of};
 #[cfg(feature = "full")]
 pub(crate) use registers::REGISTERS;
@@ -36,8 +37,12 @@ const MILLISECOND: u16 = 16_000 - 1;
 /// Time between changes of the LEDs on a board without oscillator, in milliseconds minus one.
 const TURN: u32 = 250 - 1;
 
-/// Starts the clocks of the board `B` and the HAL: APB1 at 42 MHz, its timers at 84 MHz, the core at [`BoardSpec::HCLK`]. One bit
-/// timing and one timer rate on all boards.
+/// Starts memory protection, the clocks of the board `B` and the HAL: APB1 at 42 MHz, its timers at 84 MHz, the core at
+/// [`BoardSpec::HCLK`]. One bit timing and one timer rate on all boards.
+///
+/// From here on only the program is executed, and it is not written. Flash, RAM, system memory and peripherals on APB and AHB are
+/// accessible. Any other access is a fault: by a null pointer, to bit-band aliases, to external memory. Region 7 of the MPU is
+/// free for the latter.
 ///
 /// Without its oscillator the board does not return from here until the oscillator runs: it logs the failure, its LEDs
 /// light in turn, and both controllers stay in reset. An oscillator from which HCLK cannot be derived fails the build.
@@ -45,6 +50,7 @@ const TURN: u32 = 250 - 1;
 /// # Panics
 /// When called twice.
 pub fn start<B: BoardSpec>() -> Peripherals {
+    protection::start();
     let clocks = const { clocks_of::<B>() };
     if !oscillates(B::OSCILLATOR) {
         // SAFETY: `Peripherals` were not handed out yet, and this copy is dropped before that happens.

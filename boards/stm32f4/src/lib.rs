@@ -44,7 +44,11 @@ mod log;
 #[cfg(any(test, target_os = "none"))]
 mod bxcan;
 mod clocks;
+#[cfg(any(not(target_os = "none"), feature = "full"))]
+mod crc;
 mod declare;
+#[cfg(any(test, all(target_os = "none", feature = "full")))]
+mod program;
 #[cfg(any(not(target_os = "none"), feature = "full"))]
 pub mod store;
 pub mod straps;
@@ -74,6 +78,8 @@ mod minimal;
 mod one_controller;
 #[cfg(target_os = "none")]
 mod post_mortem;
+#[cfg(target_os = "none")]
+mod protection;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod pulse;
 #[cfg(target_os = "none")]
@@ -132,6 +138,7 @@ pub use {
 pub use {
     board::Board,
     bxcan::{CaptureFault, ControllerFault, LineFault},
+    program::check_program,
     pulse::{Pulse, TooLate},
     supervisor::{Duty, supervise},
 };

@@ -86,7 +86,7 @@ pub use slave_api::{ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, OverBudget, ProtectedIdentity, SelfTest, Spacecraft};
 pub use status::Status;
 pub use time_pdos::{LOCAL_TIME, LOCAL_TIME_PDO, MASTER_TIME, SPACECRAFT_TIME};
-pub use upsets::{FoundUpsets, UpsetObjects, Upsets};
+pub use upsets::{FoundUpsets, ProgramState, UpsetObjects, Upsets};
 
 #[cfg(test)]
 mod tests {

@@ -1,41 +1,64 @@
-//! Object 2033h: upsets that a board found in its own registers.
+//! Object 2033h: upsets that a board found in its own registers and in its program.
 //!
 //! An *upset* is a bit that a particle inverted. A board compares its registers with a table while the node runs, and mends what
 //! differs. It counts this in [`Upsets`], which its node reads after each of its own heartbeats: the object follows, and an
-//! emergency 5000h reports the change.
+//! emergency 5000h reports the change. A damaged program in flash is an error that lasts.
 
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 use easy_ext::ext;
 
 use super::SpacecraftDevice;
 use super::services::Services;
 use crate::emcy::ErrorCode;
-use crate::od::{Objects, Record};
+use crate::od::{Enumeration, Objects, Record};
 
 /// Source of the emergency that reports a mended register. The address of the register follows, little-endian.
 const MENDED: u8 = 2;
+/// Source of the emergency that reports a damaged program.
+const DAMAGED: u8 = 3;
+
+/// Program in flash, as its board found it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Enumeration)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum ProgramState {
+    /// It has no checksum, or was not compared with it yet.
+    #[default]
+    Unchecked,
+    /// It has its checksum.
+    Whole,
+    /// It has another checksum.
+    Damaged,
+}
 
 /// Upsets that a board found. Its interrupts write it, its node reads it.
 ///
 /// ```
-/// use ecss_can::node::{FoundUpsets, Upsets};
+/// use ecss_can::node::{FoundUpsets, ProgramState, Upsets};
 ///
 /// static UPSETS: Upsets = Upsets::new();
 ///
 /// UPSETS.count_mended(0x4000_661C); // CAN1_FA1R
-/// assert_eq!(UPSETS.found(), FoundUpsets { registers: 1, last: 0x4000_661C });
+/// UPSETS.set_program(ProgramState::Whole);
+/// let found = FoundUpsets { registers: 1, last: 0x4000_661C, program: ProgramState::Whole };
+/// assert_eq!(UPSETS.found(), found);
 /// ```
 #[derive(Debug, Default)]
 pub struct Upsets {
     registers: AtomicU32,
     last: AtomicU32,
+    program: AtomicU8,
 }
 
 impl Upsets {
     /// Makes the state at power-on: none was found.
     pub const fn new() -> Upsets {
-        Upsets { registers: AtomicU32::new(0), last: AtomicU32::new(0) }
+        Upsets {
+            registers: AtomicU32::new(0),
+            last: AtomicU32::new(0),
+            program: AtomicU8::new(ProgramState::Unchecked as u8),
+        }
     }
 
     /// Counts a register that was mended, by its address.
@@ -44,14 +67,24 @@ impl Upsets {
         self.registers.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Sets the state of the program.
+    pub fn set_program(&self, state: ProgramState) {
+        self.program.store(state as u8, Ordering::Relaxed);
+    }
+
     /// Returns what was found since power-on or the last reset.
     pub fn found(&self) -> FoundUpsets {
         let registers = self.registers.load(Ordering::Relaxed).min(u16::MAX.into()) as u16;
-        FoundUpsets { registers, last: self.last.load(Ordering::Relaxed) }
+        let program = match self.program.load(Ordering::Relaxed) {
+            program if program == ProgramState::Whole as u8 => ProgramState::Whole,
+            program if program == ProgramState::Damaged as u8 => ProgramState::Damaged,
+            _ => ProgramState::Unchecked,
+        };
+        FoundUpsets { registers, last: self.last.load(Ordering::Relaxed), program }
     }
 }
 
-/// Upsets that a board found in its own registers (2033h).
+/// Upsets that a board found in its own registers and in its program (2033h).
 #[doc(alias = "2033h")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct FoundUpsets {
@@ -65,6 +98,11 @@ pub struct FoundUpsets {
     /// Its address; zero if there was none.
     #[sub(2, ro)]
     pub last: u32,
+    /// Program
+    ///
+    /// Result of the last comparison of the program in flash with its checksum. Unchecked: there was none.
+    #[sub(3, ro)]
+    pub program: ProgramState,
 }
 
 /// Object of the upsets that the board found (2033h).
@@ -72,14 +110,15 @@ pub struct FoundUpsets {
 pub struct UpsetObjects {
     /// Upsets
     ///
-    /// Emergency 5000h with source 2 reports a mended register.
+    /// Emergency 5000h with source 2 reports a mended register, with source 3 a damaged program. The latter lasts until the program
+    /// is whole again.
     #[object(0x2033, record)]
     pub found: FoundUpsets,
 }
 
 #[ext(UpsetServices)]
 impl<D: SpacecraftDevice> Services<D> {
-    /// Shows what the board found, and reports it if a register was mended since the last call. Call it once for each heartbeat of
+    /// Shows what the board found. Reports a register that was mended since the last call, and a program that is damaged. Call it once for each heartbeat of
     /// the node.
     pub fn report_upsets(&mut self) {
         let Some(found) = self.state().upsets().map(Upsets::found) else { return };
@@ -89,5 +128,6 @@ impl<D: SpacecraftDevice> Services<D> {
             let [a, b, c, d] = found.last.to_le_bytes();
             self.report_past(ErrorCode::HARDWARE, [MENDED, a, b, c, d]);
         }
+        self.set_error(ErrorCode::HARDWARE, DAMAGED, found.program == ProgramState::Damaged);
     }
 }

@@ -16,6 +16,12 @@ pub const HANG_WITHOUT_INTERRUPTS: [u16; 2] = [0xB672, 0xE7FE];
 pub const UNDEFINED: [u16; 1] = [0xDE01];
 /// `PUSH {r0-r7}; B .-2`
 pub const OVERFLOW: [u16; 2] = [0xB4FF, 0xE7FD];
+/// `LDR r1, [r0]`
+pub const LOAD: u16 = 0x6801;
+/// `STR r1, [r0]`
+pub const STORE: u16 = 0x6001;
+/// `BX r0`
+pub const JUMP: u16 = 0x4700;
 /// Start of the code that runs in place of a task. It notes the task as the running one, as `supervised` does. `LDR r0,
 /// [pc, #60]; LDR r1, [pc, #64]; STR r1, [r0]; NOP`, and at 40h both words.
 const NOTED: [u16; 4] = [0x480F, 0x4910, 0x6001, 0xBF00];
@@ -23,6 +29,12 @@ const NOTED: [u16; 4] = [0x480F, 0x4910, 0x6001, 0xBF00];
 pub const BODY: u32 = CODE + 8;
 /// Words of `NOTED`.
 const WORDS: u32 = CODE + 0x40;
+
+/// Code that executes an instruction, [`LOAD`], [`STORE`] or [`JUMP`], with an address in r0: `LDR r0, [pc, #4]`, the
+/// instruction, `B .`, `NOP`, the address.
+pub fn accessing(instruction: u16, address: u32) -> Vec<u8> {
+    [halfwords(&[0x4801, instruction, 0xE7FE, 0xBF00]), address.to_le_bytes().to_vec()].concat()
+}
 
 /// A word of the memory of a board.
 ///

@@ -15,6 +15,7 @@ mod environment;
 mod manifest;
 mod once;
 mod package;
+mod seal;
 mod shipped;
 mod site;
 mod sources;
@@ -386,11 +387,13 @@ fn configuration(board: &str, profile: &str, log: &str) -> String {
     format!("{board}-{profile}{suffix}")
 }
 
-/// Copies a file unless the copy exists: the next build of another configuration overwrites the output of cargo.
+/// Copies an image, with its [seal], unless the copy exists: the next build of another configuration overwrites the
+/// output of cargo.
 fn keep(elf: &Path, to: &Path) -> Result<PathBuf, Error> {
     let copy = to.join(elf.file_name().unwrap_or_default());
     let unusable = |error| Error::Directory(copy.clone(), error);
-    let image = fs::read(elf).map_err(unusable)?;
+    let mut image = fs::read(elf).map_err(unusable)?;
+    seal::write(&mut image);
     if fs::read(&copy).is_ok_and(|there| there == image) {
         return Ok(copy);
     }

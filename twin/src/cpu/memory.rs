@@ -45,7 +45,7 @@ impl Core {
         privileged: bool,
     ) -> Result<u32> {
         self.spent += cycles::ACCESS;
-        if self.is_plain(address, width) {
+        if self.is_plain(Place { address, width, privileged }, Access::Read) {
             return bus.load(address, width).map_err(|_| self.raise(Trap::DataBus(address)));
         }
         self.access_special(bus, Place { address, width, privileged }, None)
@@ -62,7 +62,7 @@ impl Core {
         privileged: bool,
     ) -> Result {
         self.spent += cycles::ACCESS;
-        if self.is_plain(address, width) {
+        if self.is_plain(Place { address, width, privileged }, Access::Write) {
             return bus.store(address, width, value).map_err(|_| self.raise(Trap::DataBus(address)));
         }
         self.access_special(bus, Place { address, width, privileged }, Some(value)).map(|_| ())
@@ -114,8 +114,10 @@ impl Core {
 
     /// Returns whether an access goes to the bus as it is.
     #[inline]
-    fn is_plain(&self, address: u32, width: Width) -> bool {
-        width.aligns(address) && address & ALIAS_MASK != ALIAS && address < PRIVATE && !self.mpu.is_enabled()
+    fn is_plain(&self, at: Place, access: Access) -> bool {
+        let Place { address, width, privileged } = at;
+        let is_granted = || !self.mpu.is_enabled() || privileged && self.mpu.grants(address, access);
+        width.aligns(address) && address & ALIAS_MASK != ALIAS && address < PRIVATE && is_granted()
     }
 
     /// An access that is not plain. `stored` is the value of a store; a load answers with its own.
@@ -192,7 +194,13 @@ impl Core {
     }
 
     /// Returns whether code at `address` may run by the default memory map (B3.1) and the MPU.
+    #[inline] // row `twin.host_instructions`
     pub(in crate::cpu) fn may_execute(&self, address: u32) -> bool {
+        self.mpu.grants(address, Access::Execute) && self.is_privileged() || self.permits_execution(address)
+    }
+
+    #[inline(never)] // row `twin.host_instructions`
+    fn permits_execution(&self, address: u32) -> bool {
         let negative = self.mpu.is_enabled() && self.execution_priority() < 0;
         !(PRIVATE..).contains(&address)
             && self.mpu.permits(address, Access::Execute, self.is_privileged(), negative)

@@ -69,6 +69,20 @@ impl Rig {
         node: u8,
         flash_timing: FlashTiming,
     ) -> anyhow::Result<Rig> {
+        Rig::with_board(context, profile, node, flash_timing, |_| Ok(()))
+    }
+
+    /// Makes a rig with this timing of the slave's flash. `prepare` may change the slave before it has power.
+    ///
+    /// # Errors
+    /// As [`Rig::new`], and those of `prepare`.
+    pub fn with_board(
+        context: &Context,
+        profile: Profile,
+        node: u8,
+        flash_timing: FlashTiming,
+        prepare: impl FnOnce(&mut EmulatedBoard) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Rig> {
         let images = context.images(&FLOWN, profile)?;
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
         let slave = spacecraft.add_board(BoardConfig {
@@ -76,6 +90,7 @@ impl Rig {
             fittings: Fittings { flash_timing, ..Fittings::default() },
             ..board(node, &fleet::image(&images.slave)?)
         });
+        prepare(spacecraft.board_mut(slave))?;
         let masters = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 0.0));
         let client = spacecraft.add_guest(Bus::Nominal, 0.0);
         let mut rig = Rig { spacecraft, slave, masters, client };

@@ -18,8 +18,8 @@ use super::ReadLog;
 const ADDRESSES: usize = 8;
 const LOG_WORDS: usize = 32;
 const DUMP_WORDS: usize = ADDRESSES + LOG_WORDS;
-/// CFSR: the frame of an exception could not be stacked.
-const STKERR: u32 = 1 << 12;
+/// CFSR: the frame of an exception could not be stacked, because the MPU or the bus refused it (MSTKERR, STKERR).
+const STACKING: u32 = 1 << 4 | 1 << 12;
 /// Upper byte of addresses in flash.
 const FLASH_PAGE: u32 = 0x08;
 /// `UDF #0`, by which `panic-probe` ends a panic. Traps of the compiler have another number.
@@ -94,7 +94,7 @@ pub fn write(frame: Option<u32>, cause: u8, log: ReadLog) {
     // counter is even. The log is a static of `defmt-rtt` that holds bytes; its control block says where.
     unsafe {
         let record = &mut *place();
-        let is_lost = frame.is_some_and(|frame| frame < bottom) || (*SCB::PTR).cfsr.read() & STKERR != 0;
+        let is_lost = frame.is_some_and(|frame| frame < bottom) || (*SCB::PTR).cfsr.read() & STACKING != 0;
         let pc = frame.filter(|_| !is_lost).map_or(0, |frame| word(frame + 4 * 6));
         let is_panic = cause == PostMortem::FAULT && is_program(pc) && *(pc as *const u16) == PANIC;
         record[1] = match (is_lost, is_panic) {

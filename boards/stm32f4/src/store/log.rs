@@ -26,8 +26,8 @@ use ecss_can::store::{Loss, ParameterStore, StoreError, identity};
 use ecss_can::types::NodeId;
 use embedded_storage::nor_flash::NorFlash;
 
-use super::crc::{Crc, flipped};
 use super::word;
+use crate::crc::{Crc, flipped};
 
 /// The longest set, bytes. [`ParameterLog::open`] leaves room for one.
 pub const MAX_SET: usize = 16 * 1024 - 4;

@@ -9,7 +9,6 @@
 
 #[cfg(target_os = "none")]
 mod chip;
-mod crc;
 mod log;
 #[cfg(test)]
 mod tests;
@@ -17,6 +16,4 @@ mod word;
 
 #[cfg(target_os = "none")]
 pub use chip::{ChipFlash, open};
-#[cfg(target_os = "none")]
-pub(crate) use crc::Crc;
 pub use log::{MAX_SET, Opened, ParameterLog};

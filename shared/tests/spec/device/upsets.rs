@@ -1,6 +1,6 @@
 //! Upsets that the board finds in its registers: object 2033h, and the emergency that reports them.
 
-use ecss_can::node::{FoundUpsets, Hardware, Master, Upsets};
+use ecss_can::node::{FoundUpsets, Hardware, Master, ProgramState, Upsets};
 
 use super::fixture::{payloads, powered, read, run_with_master};
 use crate::bench::{Bench, NOMINAL, frame, ms, node, span};
@@ -88,5 +88,33 @@ fn mended_register_of_the_master_is_reported() {
 fn count_of_mended_registers_stays_at_its_largest_value() {
     let upsets = Upsets::new();
     (0..=u32::from(u16::MAX)).for_each(|address| upsets.count_mended(address));
-    assert_eq!(upsets.found(), FoundUpsets { registers: u16::MAX, last: 0xFFFF });
+    let FoundUpsets { registers, last, .. } = upsets.found();
+    assert_eq!((registers, last), (u16::MAX, 0xFFFF));
+}
+
+/// Given a slave, when its board finds that the program is damaged, then one emergency reports that, and another one its end when the
+/// program is whole again. 2033h has the state.
+///
+/// Verifies: ECSS 6.4a, 6.4a.1
+/// Notices: ECSS 6.4a.1: each heartbeat reports the damaged program again.
+#[test]
+fn damaged_program_is_reported_until_it_is_whole() {
+    static UPSETS: Upsets = Upsets::new();
+    let mut slave = slave(&UPSETS);
+    assert_eq!(read(&mut slave, 0x2033, 3), [0, 0, 0, 0], "not checked");
+    for (state, number, report) in [
+        (ProgramState::Whole, 1, None),
+        (ProgramState::Damaged, 2, Some([0x00, 0x50, 0x01, 3, 0, 0, 0, 0])),
+        (ProgramState::Whole, 1, Some([0, 0, 0, 0, 0x50, 3, 0, 0])),
+    ] {
+        UPSETS.set_program(state);
+        for _ in 0..2 {
+            slave.transmitted(NOMINAL, frame(0x705, &[0x7F]));
+            let until = slave.now + span(500);
+            run_with_master(&mut slave, until);
+        }
+        let reports: Vec<[u8; 8]> = report.into_iter().collect();
+        assert_eq!(payloads(&slave, 0x085), reports, "{state:?}");
+        assert_eq!(read(&mut slave, 0x2033, 3), [number, 0, 0, 0], "{state:?}");
+    }
 }

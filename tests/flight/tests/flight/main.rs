@@ -12,6 +12,7 @@ mod foreign;
 mod minimal;
 mod nominal;
 mod post_mortem;
+mod program;
 mod repeats;
 mod resets;
 mod retained;

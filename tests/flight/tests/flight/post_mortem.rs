@@ -193,6 +193,29 @@ fn stack_overflow_is_recorded_and_reported() {
     assert_reported(&flight, ended, STACK_OVERFLOW, 0);
 }
 
+/// Given a slave, when its program reads by a null pointer or beyond the SRAM, writes to the program or to external
+/// memory, or jumps into RAM, then that is a fault, recorded with the address of the instruction.
+///
+/// Verifies: ECSS 6.4a, 6.4a.2, 6.5.3a
+#[test]
+fn wild_pointer_is_a_fault() {
+    const SRAM: u32 = 0x2000_0000;
+    for (instruction, address, pc) in [
+        (LOAD, 0, BODY + 2),
+        (LOAD, SRAM + (128 << 10), BODY + 2),
+        (STORE, 0x0800_4000, BODY + 2),
+        (STORE, 0x6000_0000, BODY + 2),
+        (JUMP, SRAM + 0x1001, SRAM + 0x1000),
+    ] {
+        println!("{instruction:04X} {address:08X}");
+        let mut flight = flown();
+        let task = tasks(&flight, RESET_SLAVE)[2];
+        let ended = end_program(&mut flight, RESET_SLAVE, task, &accessing(instruction, address));
+        flight.fly(ended + OPERATIONAL_AFTER);
+        assert_reported(&flight, ended, FAULT, pc);
+    }
+}
+
 /// Given a slave, when its supply falls below the threshold for a moment, then it reports that, and uses nothing else
 /// from RAM.
 ///

@@ -9,6 +9,9 @@ const RBAR_VALID: u32 = 1 << 4;
 const RASR_ENABLE: u32 = 1;
 const RASR_XN: u32 = 1 << 28;
 const RASR_BITS: u32 = 0x173F_FF3F;
+/// A block of 256 MiB, as a shift of addresses.
+const BLOCK: u32 = 28;
+const BLOCKS: usize = 16;
 /// The private peripheral bus always follows the default map.
 const PRIVATE: std::ops::Range<u32> = 0xE000_0000..0xE010_0000;
 
@@ -27,7 +30,21 @@ struct Region {
     attributes: u32,
 }
 
+impl Access {
+    /// Its bit in a set of rights.
+    const fn bit(self) -> u8 {
+        1 << self as u8
+    }
+}
+
 impl Region {
+    /// Ends of its parts, where rights may change.
+    fn edges(self) -> impl Iterator<Item = u64> {
+        let bytes = 2_u64 << (self.attributes >> 1 & 0x1F);
+        let first = u64::from(self.base) & !(bytes - 1);
+        (0..=8).map(move |part| first + part * bytes / 8)
+    }
+
     fn contains(self, address: u32) -> bool {
         let size = self.attributes >> 1 & 0x1F;
         if self.attributes & RASR_ENABLE == 0 || size < 4 {
@@ -56,12 +73,23 @@ impl Region {
     }
 }
 
+/// Addresses where privileged code has the same rights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Window {
+    from: u32,
+    bytes: u32,
+    /// A bit for each [`Access`].
+    rights: u8,
+}
+
 /// The MPU.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Mpu {
     control: u32,
     selected: usize,
     regions: [Region; REGIONS],
+    /// The first readable addresses of each block, derived from the registers: most accesses need no search of the regions.
+    windows: [Window; BLOCKS],
 }
 
 impl Mpu {
@@ -81,6 +109,49 @@ impl Mpu {
             Some(region) => region.permits(access, privileged),
             None => privileged && self.control & CTRL_PRIVDEFENA != 0 && default_permits(address, access),
         }
+    }
+
+    /// Returns whether a window permits an access of privileged code within a word, at any execution priority. `false`: ask
+    /// [`Mpu::permits`].
+    #[inline] // row `twin.host_instructions`
+    pub fn grants(&self, address: u32, access: Access) -> bool {
+        let window = &self.windows[(address >> BLOCK) as usize];
+        address.wrapping_sub(window.from) < window.bytes && window.rights & access.bit() != 0
+    }
+
+    /// Returns the rights of privileged code at an address, as bits. Not those that it has only by a region and not by the
+    /// default map, which holds instead at the priority of HardFault.
+    fn rights(&self, address: u32) -> u8 {
+        let all = [Access::Read, Access::Write, Access::Execute].into_iter();
+        let permitted = all
+            .filter(|&access| self.permits(address, access, true, false) && default_permits(address, access));
+        permitted.fold(0, |rights, access| rights | access.bit())
+    }
+
+    /// Returns the first readable window of a block. From the private bus on there is none.
+    fn window(&self, block: usize) -> Window {
+        let (first, end) = ((block as u64) << BLOCK, (block as u64 + 1) << BLOCK);
+        if first >= PRIVATE.start.into() {
+            return Window::default();
+        }
+        let mut edges: Vec<u64> = self.regions.iter().flat_map(|region| region.edges()).collect();
+        edges.retain(|edge| (first + 1..end).contains(edge));
+        edges.extend([first, end]);
+        edges.sort_unstable();
+        let mut window = Window::default();
+        for pair in edges.windows(2).filter(|pair| pair[0] < pair[1]) {
+            let (from, bytes) = (pair[0] as u32, (pair[1] - pair[0]) as u32);
+            let rights = self.rights(from);
+            if window.bytes == 0 && rights & Access::Read.bit() != 0 {
+                window = Window { from, bytes, rights };
+            } else if window.bytes != 0 {
+                if rights != window.rights {
+                    break;
+                }
+                window.bytes += bytes;
+            }
+        }
+        window
     }
 
     /// Reads a register at an offset from E000_ED90h.
@@ -108,6 +179,10 @@ impl Mpu {
                 self.regions[self.selected].base = value & !0x1F;
             }
             _ => self.regions[self.selected].attributes = value & RASR_BITS,
+        }
+        self.windows = [Window::default(); BLOCKS];
+        if self.is_enabled() {
+            self.windows = std::array::from_fn(|block| self.window(block));
         }
     }
 }
@@ -161,5 +236,41 @@ mod tests {
         for address in [0x4000_0000, 0xA000_0000, 0xE000_E000, 0xFFFF_FFFE] {
             assert!(!mpu.permits(address, Access::Execute, true, false), "{address:08X}");
         }
+    }
+
+    /// Given regions with parts left out, overlaps and a background, then a window grants what the regions permit, and nothing
+    /// else, at both priorities.
+    #[test]
+    fn windows_agree_with_the_regions() {
+        let mut mpu = with_region(0, 0x0800_0000, 19 << 1 | 0b101 << 24);
+        for (number, base, attributes) in [
+            (1, 0x080C_0000, 17 << 1 | 0b001 << 24 | RASR_XN),
+            (2, 0x2000_0000, 17 << 1 | 0b001 << 24 | RASR_XN | 0b1100_0000 << 8),
+            (3, 0x4000_0000, 28 << 1 | 0b001 << 24 | 0b1110_1110 << 8),
+        ] {
+            mpu.write(0x0C, base | RBAR_VALID | number);
+            mpu.write(0x10, attributes | RASR_ENABLE);
+        }
+        for (control, granted) in [(CTRL_ENABLE, 5), (CTRL_ENABLE | CTRL_PRIVDEFENA, 20), (0, 0)] {
+            mpu.write(0x04, control);
+            let mut grants = 0;
+            for address in (0..u32::MAX).step_by(0x8000) {
+                for access in [Access::Read, Access::Write, Access::Execute] {
+                    let grant = mpu.grants(address, access);
+                    grants += u32::from(grant);
+                    for negative in [false, true] {
+                        assert!(
+                            !grant || mpu.permits(address, access, true, negative),
+                            "{address:08X} {access:?}"
+                        );
+                    }
+                }
+            }
+            assert!(grants >= granted, "{control}: {grants}");
+        }
+        mpu.write(0x04, CTRL_ENABLE);
+        assert!(mpu.grants(0x080B_FFFC, Access::Execute) && !mpu.grants(0x080B_FFFC, Access::Write));
+        assert!(mpu.grants(0x2002_FFFC, Access::Write) && !mpu.grants(0x2003_0000, Access::Read));
+        assert!(!mpu.grants(0x2000_0000, Access::Execute) && !mpu.grants(0, Access::Read));
     }
 }

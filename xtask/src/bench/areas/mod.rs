@@ -18,6 +18,7 @@ mod sync;
 mod takeover;
 mod time;
 mod twin;
+mod upsets;
 mod wire;
 
 use ecss_can_cli::images::support::needs::{Need, VALGRIND};
@@ -53,7 +54,7 @@ impl Area {
 }
 
 /// All areas, in the order in which they are measured and printed.
-pub const ALL: [Area; 17] = [
+pub const ALL: [Area; 18] = [
     area("size", "flash and RAM of the images, the deepest stacks in operation", size::measure),
     area("instructions", "instructions of the host per operation of a slave", instructions::measure)
         .with(&[VALGRIND]),
@@ -84,5 +85,6 @@ pub const ALL: [Area; 17] = [
         bound::measure,
     ),
     area("wire", "the fast path of the buses against the bit path", wire::measure),
+    area("upsets", "model cycles of the check of the program", upsets::measure),
     area("demo", "cost of a run of the demo", demo::measure),
 ];

@@ -1,0 +1,139 @@
+//! The *seal* of a program: its length and its CRC-32C, which the running image compares with its flash.
+//!
+//! `ecss-can-stm32f4` reserves eight bytes of flash under the name `__program_seal`. The linker leaves them erased. The
+//! seal is written here, into each image that this program builds. The checksum covers flash from 0800 0000h to the end of
+//! the last segment, without the seal. Gaps between segments count as erased flash.
+
+use std::ops::Range;
+
+use crc::{CRC_32_ISCSI, Crc};
+use object::elf::PT_LOAD;
+use object::read::elf::{ElfFile32, ProgramHeader};
+use object::{Endianness, Object, ObjectSymbol};
+
+const SYMBOL: &str = "__program_seal";
+/// Length and checksum, little-endian.
+const BYTES: usize = 8;
+const FLASH: u64 = 0x0800_0000;
+/// The largest flash of a chip.
+const FLASH_BYTES: usize = 2 << 20;
+
+/// Writes the seal into an ELF file. A file that is no image, or one that reserves no seal, stays unchanged.
+pub(in crate::images) fn write(elf: &mut [u8]) {
+    if let Some((place, seal)) = seal(elf) {
+        elf[place].copy_from_slice(&seal);
+    }
+}
+
+/// Returns the place of the seal in an ELF file, and its value.
+fn seal(elf: &[u8]) -> Option<(Range<usize>, [u8; BYTES])> {
+    let file = ElfFile32::<Endianness>::parse(elf).ok()?;
+    let symbol = file.symbols().find(|symbol| symbol.name() == Ok(SYMBOL))?;
+    let at = usize::try_from(symbol.address().checked_sub(FLASH)?).ok()?;
+    let (endian, mut flash, mut place) = (file.endian(), Vec::new(), None);
+    for header in file.elf_program_headers().iter().filter(|header| header.p_type(endian) == PT_LOAD) {
+        let content = header.data(endian, elf).ok()?;
+        if content.is_empty() {
+            continue;
+        }
+        let from = usize::try_from(u64::from(header.p_paddr(endian)).checked_sub(FLASH)?).ok()?;
+        let to = from.checked_add(content.len()).filter(|to| *to <= FLASH_BYTES)?;
+        if flash.len() < to {
+            flash.resize(to, 0xFF);
+        }
+        flash[from..to].copy_from_slice(content);
+        if from <= at && at + BYTES <= to {
+            let offset = header.p_offset(endian) as usize + at - from;
+            place = Some(offset..offset + BYTES);
+        }
+    }
+    let place = place?;
+    let crc = Crc::<u32>::new(&CRC_32_ISCSI);
+    let mut digest = crc.digest();
+    digest.update(&flash[..at]);
+    digest.update(&flash[at + BYTES..]);
+    let seal = u64::from(digest.finalize()) << 32 | flash.len() as u64;
+    Some((place, seal.to_le_bytes()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bytes of headers: of the file and of two segments.
+    const HEADERS: u32 = 52 + 2 * 32;
+    const ERASED: [u8; BYTES] = [0xFF; BYTES];
+
+    fn words(words: &[u32]) -> Vec<u8> {
+        words.iter().flat_map(|word| word.to_le_bytes()).collect()
+    }
+
+    /// An ELF file with two segments, each at an address of flash and, behind the first, another one in RAM; and with a symbol.
+    fn elf(segments: [(u32, &[u8]); 2], symbol: (&str, u32)) -> Vec<u8> {
+        let [(_, first), (_, second)] = segments;
+        let behind = HEADERS + (first.len() + second.len()) as u32;
+        let strings = format!("\0{}\0", symbol.0);
+        let sections = behind + 32 + strings.len() as u32;
+        let mut file = [&b"\x7FELF\x01\x01\x01"[..], &[0; 9], &[2, 0, 40, 0]].concat();
+        file.extend(words(&[1, 0x0800_0001, 52, sections, 0]));
+        // Sizes and numbers: of this header, of segments, of sections; section with names.
+        file.extend([52_u16, 32, 2, 40, 3, 2].into_iter().flat_map(u16::to_le_bytes));
+        let mut offset = HEADERS;
+        for ((load, content), run) in segments.into_iter().zip([segments[0].0, 0x2000_0000]) {
+            let length = content.len() as u32;
+            file.extend(words(&[PT_LOAD, offset, run, load, length, length, 5, 4]));
+            offset += length;
+        }
+        file.extend([first, second].concat());
+        // The empty symbol, and a global variable in the section 1.
+        file.extend(words(&[0, 0, 0, 0, 1, symbol.1, BYTES as u32, 1 << 16 | 0x11]));
+        file.extend(strings.as_bytes());
+        file.extend([0; 40]);
+        file.extend(words(&[0, 2, 0, 0, behind, 32, 2, 1, 4, 16]));
+        file.extend(words(&[0, 3, 0, 0, behind + 32, strings.len() as u32, 0, 0, 1, 0]));
+        file
+    }
+
+    /// Given a program that is "123456789" without its seal, whose CRC-32C is E306 9283h (the check value of the catalogue of
+    /// parametrised CRC algorithms), then the seal has its length with the seal, and that checksum.
+    #[test]
+    fn seal_has_length_and_checksum_of_the_rest() {
+        let first = [b"1234", &ERASED[..], b"5678"].concat();
+        let mut file = elf([(0x0800_0000, &first), (0x0800_0010, b"9")], (SYMBOL, 0x0800_0004));
+        let before = file.clone();
+        write(&mut file);
+        let at = HEADERS as usize + 4;
+        assert_eq!(file[at..at + BYTES], [17, 0, 0, 0, 0x83, 0x92, 0x06, 0xE3]);
+        file[at..at + BYTES].fill(0xFF);
+        assert_eq!(file, before, "the rest is unchanged");
+    }
+
+    /// Given a gap between two segments, then it counts as erased: 32 bytes of ones have the CRC-32C 62A8 AB43h (RFC 3720, B.4).
+    #[test]
+    fn gap_between_segments_counts_as_erased() {
+        let first = [&ERASED[..], &[0xFF; 4]].concat();
+        let mut file = elf([(0x0800_0000, &first), (0x0800_0024, &[0xFF; 4])], (SYMBOL, 0x0800_0000));
+        write(&mut file);
+        let at = HEADERS as usize;
+        assert_eq!(file[at..at + BYTES], [40, 0, 0, 0, 0x43, 0xAB, 0xA8, 0x62]);
+    }
+
+    /// Given a file without symbol, one whose symbol is in no segment, one for RAM, and none at all, then it stays unchanged.
+    #[test]
+    fn file_without_a_place_for_the_seal_stays_unchanged() {
+        for (segments, symbol) in [
+            ([(0x0800_0000, &ERASED[..]), (0x0800_0008, &[1])], ("__program", 0x0800_0000)),
+            ([(0x0800_0000, &ERASED), (0x0800_0008, &[1])], (SYMBOL, 0x0800_0004)),
+            ([(0x2000_0000, &ERASED), (0x2000_0008, &[1])], (SYMBOL, 0x2000_0000)),
+            ([(0x0800_0000, &ERASED), (0x0A00_0000, &[1])], (SYMBOL, 0x0800_0000)),
+        ] {
+            let mut file = elf(segments, symbol);
+            let before = file.clone();
+            write(&mut file);
+            assert_eq!(file, before, "{segments:X?}");
+        }
+        let mut text = *b"not an ELF file";
+        write(&mut text);
+        assert_eq!(&text, b"not an ELF file");
+    }
+}
