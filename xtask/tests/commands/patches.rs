@@ -39,10 +39,13 @@ fn every_patch_of_the_project_applies() {
     let mut rules: Vec<&str> = stdout.lines().filter(is_rule).collect();
     rules.sort_unstable();
     let expected = [
+        "base-priority: ",
         "bdefault: ",
         "boot-up-message: ",
         "capture-registers: ",
+        "capture-timer: ",
         "controller-registers: ",
+        "duty-of-node: ",
         "filter-banks: ",
         "foreign-master: ",
         "interrupt-controller: ",
@@ -50,6 +53,9 @@ fn every_patch_of_the_project_applies() {
         "lost-minority: ",
         "pins: ",
         "register-table: ",
+        "short-watchdog: ",
+        "sign-of-uptime: ",
+        "time-base: ",
         "tries-for-ever: ",
         "unconfigured: ",
         "unknown-node: ",
