@@ -168,7 +168,7 @@ fn the_device_is_told_with_the_numbers_of_its_dictionary() {
     let dummies = eds.section("DummyUsage");
     assert!((1..=7).all(|nth| dummies.number(&format!("Dummy{nth:04}")) == 1));
     let comments = eds.section("Comments");
-    assert_eq!((comments.get("Lines"), comments.get("Line2")), ("3", "and the second"));
+    assert_eq!((comments.get("Lines"), comments.get("Line2")), ("4", "and the second"));
 }
 
 /// Given a device that supports one bit rate of the standard, or a further one beside 500, 250 and 125 kbit/s, then its EDS declares what

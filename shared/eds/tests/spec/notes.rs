@@ -16,10 +16,13 @@ fn lines(description: &Description) -> Vec<String> {
     (3..=count).map(|line| comments.get(&format!("Line{line}")).to_owned()).collect()
 }
 
+/// The values of an object of each node.
+const PROGRAM: &str = "2033sub3: 0 = Unchecked, 1 = Whole, 2 = Damaged";
+
 #[test]
 fn capacities_of_writable_strings_are_comments() {
     // 600Ah, 600Bh and 1008h to 100Ah are strings, too, but no client writes them.
-    assert_eq!(lines(&description()), ["6009 takes at most 9 bytes"]);
+    assert_eq!(lines(&description()), ["6009 takes at most 9 bytes", PROGRAM]);
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Enumeration)]
@@ -121,7 +124,7 @@ fn what_save_does_not_keep_is_a_comment() {
     });
     // Ctoggle; time, self-test, how the Node-ID is kept; for receive PDOs, write-only, a DOMAIN.
     let expected = "Not kept by 1010h: 2000sub4 2010 2030 2046 6006 6007 600F";
-    assert_eq!(lines(&saving.unwrap()), ["6009 takes at most 9 bytes", expected]);
+    assert_eq!(lines(&saving.unwrap()), ["6009 takes at most 9 bytes", PROGRAM, expected]);
 }
 
 #[test]

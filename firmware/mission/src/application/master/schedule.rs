@@ -1,7 +1,8 @@
 //! Schedule of commands and telemetry requests: each slave has one turn in a period, in a separate part of it, so that
 //! bursts never fill a queue.
 //!
-//! Missed turns are skipped. A turn that is further away than a period has a flipped bit, and is due at once.
+//! Missed turns are skipped. A turn that is further away than a period, counted from the last start of a slave, has a flipped bit, and is
+//! due at once.
 
 use ecss_can::types::{Duration, Instant, NodeId, Periodic};
 
@@ -26,6 +27,8 @@ pub struct Schedule {
     period: Duration,
     turns: [Periodic; SLAVES],
     counts: [u32; SLAVES],
+    /// The last start of a slave, which may lie ahead.
+    started: Instant,
     next: Option<Turn>,
 }
 
@@ -36,11 +39,12 @@ impl Schedule {
             period,
             turns: core::array::from_fn(|_| Periodic::new(period)),
             counts: [0; SLAVES],
+            started: Instant::ZERO,
             next: None,
         }
     }
 
-    /// Adds a slave to the schedule. A Node-ID that straps cannot set is ignored.
+    /// Adds a slave to the schedule from `now` on, an instant that may lie ahead. A Node-ID that straps cannot set is ignored.
     pub fn start(&mut self, node: NodeId, now: Instant) {
         let Some(slot) = slot(node) else { return };
         let period = self.period.as_micros().max(1);
@@ -49,6 +53,7 @@ impl Schedule {
         let first = began + offset;
         if let Some(turns) = self.turns.get_mut(slot).filter(|turns| turns.deadline().is_none()) {
             turns.start(if first > now { first } else { first + self.period });
+            self.started = self.started.max(now);
             self.plan(now);
         }
     }
@@ -70,7 +75,8 @@ impl Schedule {
     }
 
     fn plan(&mut self, now: Instant) {
-        self.turns.iter_mut().for_each(|turns| turns.confine(now));
+        let from = self.started.max(now);
+        self.turns.iter_mut().for_each(|turns| turns.confine(from));
         let turns = self.turns.iter().zip(&self.counts).zip(FIRST..).filter_map(|((turns, count), node)| {
             Some(Turn { node: NodeId::new(node)?, at: turns.deadline()?, count: *count })
         });
