@@ -23,8 +23,8 @@ const COUNTERS: [(&str, &str, Outcome); 20] = [
     ("TIM2.CNT bit 16", "peripherals board=1 address=40000024 bit=16", Outcome::Reset),
     ("NVIC.ISER0 bit 28", "peripherals board=1 address=E000E100 bit=28", Outcome::Reset),
     ("TIM5.CR1 bit 0", "peripherals board=1 address=40000C00 bit=0", Outcome::Reset),
-    // In force when TIM5 overflows, after 51 s.
-    ("TIM5.PSC bit 0", "peripherals board=1 address=40000C28 bit=0", Outcome::None),
+    // Before it is in force, when TIM5 overflows after 51 s.
+    ("TIM5.PSC bit 0", "peripherals board=1 address=40000C28 bit=0", Outcome::Reset),
     ("TIM5.CNT bit 31", "peripherals board=1 address=40000C24 bit=31", Outcome::Reset),
     ("SysTick.LOAD bit 23", "peripherals board=1 address=E000E014 bit=23", Outcome::Reset),
     ("SysTick.VAL bit 22", "peripherals board=1 address=E000E018 bit=22", Outcome::Reset),
