@@ -71,9 +71,9 @@ mod tests {
     /// An ELF file with two segments, each at an address of flash and, behind the first, another one in RAM; and with a symbol.
     fn elf(segments: [(u32, &[u8]); 2], symbol: (&str, u32)) -> Vec<u8> {
         let [(_, first), (_, second)] = segments;
-        let behind = HEADERS + (first.len() + second.len()) as u32;
+        let behind = (HEADERS + (first.len() + second.len()) as u32).next_multiple_of(4);
         let strings = format!("\0{}\0", symbol.0);
-        let sections = behind + 32 + strings.len() as u32;
+        let sections = (behind + 32 + strings.len() as u32).next_multiple_of(4);
         let mut file = [&b"\x7FELF\x01\x01\x01"[..], &[0; 9], &[2, 0, 40, 0]].concat();
         file.extend(words(&[1, 0x0800_0001, 52, sections, 0]));
         // Sizes and numbers: of this header, of segments, of sections; section with names.
@@ -85,9 +85,11 @@ mod tests {
             offset += length;
         }
         file.extend([first, second].concat());
+        file.resize(behind as usize, 0);
         // The empty symbol, and a global variable in the section 1.
         file.extend(words(&[0, 0, 0, 0, 1, symbol.1, BYTES as u32, 1 << 16 | 0x11]));
         file.extend(strings.as_bytes());
+        file.resize(sections as usize, 0);
         file.extend([0; 40]);
         file.extend(words(&[0, 2, 0, 0, behind, 32, 2, 1, 4, 16]));
         file.extend(words(&[0, 3, 0, 0, behind + 32, strings.len() as u32, 0, 0, 1, 0]));

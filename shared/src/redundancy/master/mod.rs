@@ -321,7 +321,7 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         }
     }
 
-    /// Returns whether the heartbeats are on schedule, as [`Producer::is_on_schedule`](crate::heartbeat::Producer::is_on_schedule).
+    /// Returns whether the heartbeats are on schedule, as [`Producer::is_on_schedule`](crate::heartbeat::machine::Producer::is_on_schedule).
     pub fn is_on_schedule(&self, now: Instant) -> bool {
         self.manager.is_on_schedule(now)
     }
