@@ -32,7 +32,7 @@ fn capacities(dictionary: &Dictionary) -> Vec<String> {
     strings.map(|(section, size)| format!("{section} takes at most {size} bytes")).collect()
 }
 
-/// The values of each enumeration with their names: `6002: 0 = Off, 1 = Auto`. Consecutive sub-indices of one kind share their lines.
+/// The values of each enumeration with their names: `6002: 0 Off, 1 Auto`. Consecutive sub-indices of one kind share their lines.
 fn enumerations(dictionary: &Dictionary) -> Vec<String> {
     let mut lines = Vec::new();
     for (&index, object) in dictionary {
@@ -54,7 +54,7 @@ fn enumerations(dictionary: &Dictionary) -> Vec<String> {
 fn named(start: &str, values: &[NamedValue]) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for NamedValue { number, name } in values {
-        let text = format!(" {number} = {name}");
+        let text = format!(" {number} {name}");
         match lines.last_mut().filter(|line| line.len() + 1 + text.len() <= LINE) {
             Some(line) => *line += &format!(",{text}"),
             None => lines.push(format!("{start}{text}")),

@@ -13,12 +13,12 @@ use async_canopen::node::extend::{Part, SlaveCore, Timed};
 
 use super::services::State;
 use super::settings;
-use super::upsets::{UpsetServices, Upsets};
+use super::upsets::Upsets;
 use super::{ParallelAccess, SlaveEvent, Spacecraft, SpacecraftDevice, Status, objects as own_objects};
 use crate::link::Stamp;
 use crate::link::budget::{Budget, BudgetStep, Over};
 use crate::link::port::Filter;
-use crate::node::services::{SpacecraftServices, TimeServices};
+use crate::node::services::{SpacecraftServices, TimeServices, UpsetServices};
 use crate::node::{Filters, FullDepth, LinkEvent, Node, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{BusCause, Parameters, Retained, SlaveRedundancy};

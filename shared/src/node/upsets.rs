@@ -6,17 +6,7 @@
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
-use easy_ext::ext;
-
-use super::SpacecraftDevice;
-use super::services::Services;
-use crate::emcy::ErrorCode;
 use crate::od::{Enumeration, Objects, Record};
-
-/// Source of the emergency that reports a mended register. The address of the register follows, little-endian.
-const MENDED: u8 = 2;
-/// Source of the emergency that reports a damaged program.
-const DAMAGED: u8 = 3;
 
 /// Program in flash, as its board found it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Enumeration)]
@@ -114,20 +104,4 @@ pub struct UpsetObjects {
     /// is whole again.
     #[object(0x2033, record)]
     pub found: FoundUpsets,
-}
-
-#[ext(UpsetServices)]
-impl<D: SpacecraftDevice> Services<D> {
-    /// Shows what the board found. Reports a register that was mended since the last call, and a program that is damaged. Call it once for each heartbeat of
-    /// the node.
-    pub fn report_upsets(&mut self) {
-        let Some(found) = self.state().upsets().map(Upsets::found) else { return };
-        let shown = &mut self.objects_mut().extension.upsets.found;
-        let before = core::mem::replace(shown, found);
-        if before.registers != found.registers {
-            let [a, b, c, d] = found.last.to_le_bytes();
-            self.report_past(ErrorCode::HARDWARE, [MENDED, a, b, c, d]);
-        }
-        self.set_error(ErrorCode::HARDWARE, DAMAGED, found.program == ProgramState::Damaged);
-    }
 }

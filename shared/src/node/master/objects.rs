@@ -16,8 +16,7 @@ use crate::node::index::{
     RPDO, SYNC_COB_ID, SYNC_DITHER,
 };
 use crate::node::network_objects::entry;
-use crate::node::services::{LiveServices, TimeServices};
-use crate::node::upsets::UpsetServices;
+use crate::node::services::{LiveServices, TimeServices, UpsetServices};
 use crate::node::{Filters, NodeObjects, Ranging, SelfTest, SpacecraftDevice};
 use crate::redundancy::{MasterBoards, Sending};
 use crate::types::{Address, Bus, CobId, Frame, Instant, NmtState, NodeId};

@@ -5,12 +5,14 @@ mod mapped;
 mod spacecraft;
 mod state;
 mod time;
+mod upsets;
 
 pub use live::LiveServices;
 pub use mapped::{MappedTime, carries_time};
 pub use spacecraft::SpacecraftServices;
 pub use state::State;
 pub use time::{TimeServices, check_submilliseconds};
+pub use upsets::UpsetServices;
 
 use async_canopen::node::extend;
 
