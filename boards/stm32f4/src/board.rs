@@ -21,7 +21,7 @@ use crate::pulse::Pulse;
 use crate::spec::{BoardSpec, Wiring};
 use crate::store::{self, ChipFlash, ParameterLog};
 use crate::straps::{self, StrapError};
-use crate::{Uptime, registers, retained, spare, supervisor};
+use crate::{Uptime, register_table, registers, retained, spare, supervisor};
 
 /// Peripherals and data of the board `B` for an image.
 pub struct Board<B> {
@@ -62,7 +62,7 @@ impl<B: BoardSpec> Board<B> {
         let nominal = Port::new(nominal, irqs, timing, edges.nominal);
         let redundant = Port::new(redundant, irqs, timing, edges.redundant);
         let pulse = Pulse::new(pulse, free);
-        registers::keep();
+        register_table::keep();
         Board {
             connection: Connection { ports: PerBus { nominal, redundant }, clock: Uptime },
             hardware: hardware(store, post_mortem),

@@ -82,6 +82,8 @@ mod post_mortem;
 mod protection;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod pulse;
+#[cfg(all(target_os = "none", feature = "full"))]
+mod register_table;
 #[cfg(target_os = "none")]
 mod registers;
 #[cfg(all(target_os = "none", feature = "full"))]
@@ -94,6 +96,8 @@ mod spec;
 mod stamping;
 #[cfg(target_os = "none")]
 mod supervisor;
+#[cfg(target_os = "none")]
+mod tick;
 #[cfg(all(target_os = "none", feature = "full"))]
 mod time_driver;
 
@@ -102,7 +106,7 @@ mod time_driver;
 pub mod exceptions {
     pub use crate::fault_stack::{FAULT_STACK, FAULT_STACK_SIZE};
     pub use crate::post_mortem::{ReadLog, on_fault, on_oscillator, on_panic};
-    pub use crate::supervisor::on_tick;
+    pub use crate::tick::on_tick;
 }
 
 /// Diagnostics of the running image. A debugger or an emulator finds it by the name of this static.

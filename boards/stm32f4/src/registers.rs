@@ -1,4 +1,4 @@
-//! Registers in use that are compared with a table, and mended.
+//! Registers in use that are compared with what they have to be, and mended.
 //!
 //! A particle may invert a bit of a register. Drivers of this crate compare the registers of their own peripherals where they
 //! know the value: the port of a bus its controller, its filters, its pins and its capture. All other registers on which a board
@@ -16,10 +16,14 @@
 //! Bits that the application may change have no bit in the mask. The board of a minimal slave has no table, and nothing that counts.
 
 #[cfg(feature = "full")]
-mod table;
+mod entry;
 
 #[cfg(feature = "full")]
-pub(crate) use table::{Kept, Register, UPSETS, keep, on_tick};
+pub(crate) use entry::{Kept, Register, is_sealed, seal};
+
+/// Upsets of this board, for its node.
+#[cfg(feature = "full")]
+pub(crate) static UPSETS: ecss_can::node::Upsets = ecss_can::node::Upsets::new();
 
 /// Counts a register that was mended, for the node.
 #[cfg_attr(not(feature = "full"), expect(unused_variables, reason = "a minimal slave has no object for it"))]
@@ -27,7 +31,3 @@ pub(crate) fn count(address: u32) {
     #[cfg(feature = "full")]
     UPSETS.count_mended(address);
 }
-
-/// Does nothing: there is no table.
-#[cfg(not(feature = "full"))]
-pub(crate) fn on_tick(_frame: Option<u32>, _log: crate::post_mortem::ReadLog) {}

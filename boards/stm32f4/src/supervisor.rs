@@ -30,7 +30,6 @@ pub use duties::{Duty, supervise};
 
 use crate::clocks::TIMERS;
 use crate::post_mortem::{self, ReadLog};
-use crate::registers;
 
 /// Ticks within which a task has to answer. A task that hangs blocks all others of its executor, so the next task that
 /// is asked does not answer.
@@ -116,9 +115,7 @@ pub(crate) fn feed() {
     IWDG.kr().write_value(KEY_FEED);
 }
 
-/// Feeds the watchdog, or ends the program. Call it from the handler of SysTick, which has the highest priority.
-/// `frame`: address at which the exception stacked the registers of the interrupted code. With `None` the record of a
-/// late task has no program counter. `log` reads the log, see [`ReadLog`].
+/// Feeds the watchdog, or ends the program. Arguments: see [`on_tick`](crate::exceptions::on_tick).
 #[inline(always)] // called from one place of an image
 pub fn on_tick(frame: Option<u32>, log: ReadLog) {
     let uptime = UPTIME.load(Ordering::Relaxed).wrapping_add(1);
@@ -126,7 +123,6 @@ pub fn on_tick(frame: Option<u32>, log: ReadLog) {
     if uptime == TRUSTED {
         post_mortem::trust();
     }
-    registers::on_tick(frame, log);
     if ASKED.load(Ordering::Relaxed) != 0 {
         let waited = WAITED.load(Ordering::Relaxed).wrapping_add(1);
         WAITED.store(waited, Ordering::Relaxed);

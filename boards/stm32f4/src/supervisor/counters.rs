@@ -16,11 +16,10 @@ use core::sync::atomic::AtomicBool;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m::peripheral::{DCB, SYST};
-use ecss_can::runner::Clock;
 #[cfg(feature = "full")]
 use embassy_stm32::pac::TIM5;
+use embassy_time::Instant;
 
-use crate::Uptime;
 use crate::clocks::TIMERS;
 
 /// Logarithm of the timer cycles in a tick of SysTick: 99.9 ms.
@@ -55,7 +54,7 @@ pub fn odd_one(ticks: u32) -> Option<&'static [u8; 4]> {
     let reload = SYST::get_reload();
     // At 168 MHz a cycle of the timers has two cycles of the core, and the reload value has one bit more.
     let since = (reload - SYST::get_current()) >> (reload >> TICK);
-    let uptime = (Uptime.now().as_micros() as u32).wrapping_mul(PER_MICRO);
+    let uptime = (Instant::now().as_micros() as u32).wrapping_mul(PER_MICRO);
     let counted = (ticks << TICK).wrapping_add(since);
     let offset = OFFSET.load(Ordering::Relaxed);
     // A debugger halts the core and SysTick, and the timers count on.

@@ -74,7 +74,7 @@ fn no_register_is_mended_in_a_flight_without_upsets() {
     flight.fly_to(20_000);
     for setup in MASTER_AND_THREE {
         let board = flight.emulated(setup.node);
-        let [registers, last] = words(board, "ecss_can_stm32f4::registers::table::UPSETS");
+        let [registers, last] = words(board, "ecss_can_stm32f4::registers::UPSETS");
         assert_eq!((registers, last), (0, 0), "node {}, {last:08X}h", setup.node);
         assert_eq!(resets(&flight, setup.node), 0, "node {}", setup.node);
     }

@@ -1,17 +1,8 @@
-//! The table, and what follows when a register differs.
+//! Registers of the table: address, bits and value.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use ecss_can::emcy::PostMortem;
-use ecss_can::node::Upsets;
-use embassy_stm32::pac;
-use embassy_stm32::pac::can::Can;
-
-use crate::post_mortem::{self, ReadLog};
-use crate::{capture, clock_tree, core_registers, time_driver};
-
-/// Upsets of this board, for its node.
-pub(crate) static UPSETS: Upsets = Upsets::new();
+use super::count;
 
 /// Flags in the lowest bits of an address: the board is reset if the register differs, and its value is in [`KEPT`].
 const RESETS: u32 = 1 << 0;
@@ -47,19 +38,6 @@ const KEPT_REGISTERS: usize = Kept::Last as usize;
 static KEPT: [AtomicU32; KEPT_REGISTERS] = [const { AtomicU32::new(0) }; KEPT_REGISTERS];
 static CHECK: AtomicU32 = AtomicU32::new(0);
 
-/// Registers by owner.
-static OWNERS: [&[Register]; 4] =
-    [&clock_tree::REGISTERS, &time_driver::REGISTERS, &core_registers::REGISTERS, &capture::REGISTERS];
-
-/// Number of ticks, by which owners have their turn.
-static NEXT: AtomicU32 = AtomicU32::new(0);
-/// Frames that a FIFO holds.
-const PLACES: u8 = 3;
-/// Ticks in a row in which a FIFO was full.
-static FULL: AtomicU32 = AtomicU32::new(0);
-/// Ticks after which a FIFO that stays full is lost. Within half of them its port has enabled the interrupt again.
-const PATIENCE: u32 = 10;
-
 impl Register {
     /// Bits of a register that have this value.
     pub(crate) const fn of(address: u32, mask: u32, value: u32) -> Register {
@@ -76,8 +54,20 @@ impl Register {
         Register { place: self.place | RESETS, ..self }
     }
 
+    /// Returns the address.
+    pub(crate) fn address(&self) -> u32 {
+        self.place & !FLAGS
+    }
+
+    /// Reads the value to keep, if it has one.
+    pub(crate) fn keep(&self) {
+        if let Some(kept) = self.kept_value() {
+            kept.store(self.read(), Ordering::Relaxed);
+        }
+    }
+
     fn pointer(&self) -> *mut u32 {
-        (self.place & !FLAGS) as *mut u32
+        self.address() as *mut u32
     }
 
     fn read(&self) -> u32 {
@@ -94,20 +84,21 @@ impl Register {
     }
 
     /// Compares the bits and mends them. Returns `false` if the board has to be reset.
-    fn mend(&self) -> bool {
+    pub(crate) fn mend(&self) -> bool {
         let wanted = self.kept_value().map_or(self.value, |kept| kept.load(Ordering::Relaxed));
         if !self.differs(wanted) {
             return true;
         }
         if self.kept_value().is_some() && checksum() != CHECK.load(Ordering::Relaxed) {
             // The upset struck the copy.
-            keep();
+            self.keep();
+            seal();
             return true;
         }
         if self.place & RESETS != 0 {
             return false;
         }
-        super::count(self.place & !FLAGS);
+        count(self.address());
         let value = self.read() & !self.mask | wanted & self.mask;
         // SAFETY: the value is that of start-up, so that the register works as its owner expects. This interrupt has the highest
         // priority, and owners change other bits of these registers in critical sections only.
@@ -120,41 +111,12 @@ fn checksum() -> u32 {
     KEPT.iter().fold(0, |sum, kept| sum.rotate_left(1) ^ kept.load(Ordering::Relaxed))
 }
 
-/// Reads the values to keep, at the end of the start-up. From now on registers are compared.
-pub(crate) fn keep() {
-    for register in OWNERS.iter().copied().flatten() {
-        if let Some(kept) = register.kept_value() {
-            kept.store(register.read(), Ordering::Relaxed);
-        }
-    }
+/// Seals the values that were kept, at the end of the start-up.
+pub(crate) fn seal() {
     CHECK.store(checksum(), Ordering::Relaxed);
 }
 
-/// Compares the registers of the next owner. Call it from the supervisor's tick. Arguments: see
-/// [`on_tick`](crate::supervisor::on_tick).
-pub(crate) fn on_tick(frame: Option<u32>, log: ReadLog) {
-    let turn = NEXT.load(Ordering::Relaxed);
-    NEXT.store(turn.wrapping_add(1), Ordering::Relaxed);
-    let Some(owned) = OWNERS.get(turn as usize % OWNERS.len()) else { return };
-    if CHECK.load(Ordering::Relaxed) == 0 {
-        return; // start-up has not ended
-    }
-    let lost = owned.iter().find(|register| !register.mend()).map(|register| register.place & !FLAGS);
-    if let Some(address) = lost.or_else(unserved) {
-        post_mortem::runs(address);
-        post_mortem::end(frame, PostMortem::REGISTER, log);
-    }
-}
-
-/// Returns the address of a FIFO that stays full.
-fn unserved() -> Option<u32> {
-    // FULL itself may be an upset.
-    let is_full = |controller: &Can| controller.rfr(0).read().fmp() == PLACES;
-    let Some(controller) = [pac::CAN1, pac::CAN2].into_iter().find(is_full) else {
-        FULL.store(0, Ordering::Relaxed);
-        return None;
-    };
-    let ticks = FULL.load(Ordering::Relaxed) + 1;
-    FULL.store(ticks, Ordering::Relaxed);
-    (ticks > PATIENCE).then(|| controller.rfr(0).as_ptr() as u32)
+/// Returns whether the values were kept.
+pub(crate) fn is_sealed() -> bool {
+    CHECK.load(Ordering::Relaxed) != 0
 }
