@@ -20,7 +20,6 @@ pub(crate) enum Direction {
 
 impl AlternatePin {
     /// Connects the pin to its peripheral.
-    #[inline(never)] // once for all pins
     pub fn connect(&mut self, direction: Direction) {
         let kind = match direction {
             Direction::Input => AfType::input(Pull::Up),

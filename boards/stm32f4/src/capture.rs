@@ -136,7 +136,6 @@ impl Edges {
     }
 
     /// Stops the channel and its stream, and sets them up. After that earlier edges in the ring match no frame any more.
-    #[inline(never)] // once for both buses, and for a restart
     fn run(&self) {
         let (channel, number, stream) = (self.channel, self.stream, self.stream());
         stream.cr().write_value(Cr(0));

@@ -55,7 +55,6 @@ const fn up_to(bytes: u32, exponent: u32) -> u32 {
 }
 
 /// Switches the protection on.
-#[inline(never)] // a small stack frame of its own, reached by short instructions
 pub(crate) fn start() {
     let (store, end_of_ram) = (addr_of!(__store_start) as u32, addr_of!(_ram_end) as u32);
     let regions = [

@@ -8,7 +8,6 @@ use crate::supervisor;
 /// Compares registers, and feeds the watchdog or ends the program. Call it from the handler of SysTick, which has the highest
 /// priority. `frame`: address at which the exception stacked the registers of the interrupted code. With `None` the record of a
 /// late task has no program counter. `log` reads the log, see [`ReadLog`].
-#[inline(always)] // called from one place of an image
 pub fn on_tick(frame: Option<u32>, log: ReadLog) {
     #[cfg(feature = "full")]
     register_table::on_tick(frame, log);

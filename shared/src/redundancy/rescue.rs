@@ -41,7 +41,7 @@ impl Rescue {
         self.due = Some(self.due.map_or(first, |due| due.min(first)));
     }
 
-    /// Notes a heartbeat in Stopped of a slave that nobody stopped.
+    /// Notes that a slave sent a heartbeat in Stopped, which the master did not command.
     pub fn on_stopped(&mut self, now: Instant) {
         if self.due.is_none() {
             self.on_lost(now);

@@ -12,7 +12,6 @@ const VERY_HIGH_SPEED: u32 = 0b11 << 4;
 
 impl AlternatePin {
     /// Connects the pin again if a bit of its settings has flipped.
-    #[inline(never)] // once for all pins
     pub fn mend(&mut self, direction: Direction) {
         let (block, number) = (self.1.block(), usize::from(self.1.pin()));
         let of_pair = |register: u32| register >> (2 * number) & 0b11;

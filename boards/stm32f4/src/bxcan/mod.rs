@@ -35,8 +35,6 @@ mod lines;
 mod port;
 #[cfg(target_os = "none")]
 mod registers;
-#[cfg(target_os = "none")]
-mod upsets;
 
 #[cfg(target_os = "none")]
 pub use {

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "full")]
 mod selftest;
+mod upsets;
 
 use core::future::Future;
 use core::pin::Pin;
@@ -52,23 +53,23 @@ const TICKS_PER_CLOCK: u32 = 2;
 
 /// A bxCAN controller on its bus.
 pub struct Port<S> {
-    pub(super) registers: Can,
-    pub(super) first_bank: usize,
+    registers: Can,
+    first_bank: usize,
     /// Number of filters in use, two in each bank.
-    pub(super) filters: usize,
-    pub(super) events: &'static EventQueue,
+    filters: usize,
+    events: &'static EventQueue,
     mailboxes: Mailboxes,
-    pub(super) timing: BitTiming,
-    pub(super) stamps: S,
-    pub(super) mode: Mode,
-    pub(super) rx: AlternatePin,
-    pub(super) tx: AlternatePin,
+    timing: BitTiming,
+    stamps: S,
+    mode: Mode,
+    rx: AlternatePin,
+    tx: AlternatePin,
     /// Part of the registers that was compared last.
-    pub(super) compared: u8,
+    compared: u8,
     /// A recovery from bus-off may be in progress.
     recovering: bool,
     /// No change is in progress that needs polling.
-    pub(super) is_quiet: bool,
+    is_quiet: bool,
     /// Timer until the next poll of changes that raise no interrupt.
     look: Option<Timer>,
 }
@@ -131,7 +132,7 @@ impl<S> Port<S> {
     }
 
     /// Continues the change of mode in progress.
-    pub(super) fn advance(&mut self) {
+    fn advance(&mut self) {
         while let Some(request) = self.mode.advance(self.seen(), Uptime.now()) {
             self.obey(request);
         }
@@ -149,7 +150,7 @@ impl<S> Port<S> {
         self.advance();
     }
 
-    pub(super) fn obey(&self, request: Request) {
+    fn obey(&self, request: Request) {
         match request {
             Request::Configure { listens } => controller::configure(self.registers, self.timing, listens),
             // In rising order: a waiting frame is in a lower mailbox than the last frame before it, and the end of that

@@ -6,11 +6,11 @@
 use ecss_can::runner::Clock;
 use embassy_stm32::pac::can::Can;
 
-use super::port::Port;
-use super::{banks, controller, registers};
+use super::Port;
 use crate::Uptime;
 #[cfg(feature = "full")]
 use crate::alternate::Direction;
+use crate::bxcan::{banks, controller, registers};
 use crate::registers::count;
 use crate::stamping::FrameStamps;
 
