@@ -102,13 +102,14 @@ impl<D: SpacecraftDevice> Slave<D> {
         if self.canopen.control().deadline().is_some_and(|due| due <= until) {
             self.refresh(turn.now);
         }
-        while self.decide(turn, |redundancy, step| redundancy.poll(until, step)) {}
+        while self.decide_in_run(turn, |redundancy, step| redundancy.poll(until, step)) {}
         self.run_budget(turn);
         self.canopen.poll(self.redundancy.selected(), turn);
         self.canopen.set_filters(&Bus::ALL, turn);
         self.canopen.settle();
         self.redundancy.settle(self.canopen.wakes_mut());
         self.budget.settle(self.canopen.wakes_mut());
+        turn.out.note_done(until);
     }
 
     /// Corrects what the redundancy and the budget keep for long, before each heartbeat.

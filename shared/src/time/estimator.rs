@@ -126,10 +126,16 @@ impl Covariance {
 
 /// The state `span` later: offset grows by the rate, rate by the drift.
 pub(super) fn advance([offset, rate, drift]: &mut State, span: i64) {
-    let half = scale(*drift, span / 2);
-    *rate += half;
+    let change = scale(*drift, half(span));
+    *rate += change;
     *offset += scale(*rate, span);
-    *rate += half;
+    *rate += change;
+}
+
+/// Half of a number, rounded down. A compiler that optimises for size makes a division of `/ 2`, of 500 cycles (row
+/// `rx.inside_look_accelerated`).
+pub(super) const fn half(number: i64) -> i64 {
+    number >> 1
 }
 
 /// `value` times `factor` / 2^32, rounded down, at most [`MOST`] either way.

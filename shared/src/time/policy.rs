@@ -1,6 +1,6 @@
 //! Limits of the crystals of a network against each other, as the profile of a mission states them.
 
-use super::estimator::{SHIFT, scale};
+use super::estimator::{SHIFT, half, scale};
 use crate::link::bit_timing::PartsPerMillion;
 
 /// Most spacecraft times in a row that a policy may ask for.
@@ -77,7 +77,7 @@ impl Limits {
 /// Offset after `span` by a rate that grows by `drift` (2^-40 per second) for at most `most`. Units of 2^-32 s.
 pub(super) fn ramp(drift: i64, most: i64, span: i64) -> i64 {
     let drifting = span.min(most);
-    scale((span - drifting / 2) >> SHIFT, scale(drift, drifting))
+    scale((span - half(drifting)) >> SHIFT, scale(drift, drifting))
 }
 
 /// Parts per billion as 2^-40.

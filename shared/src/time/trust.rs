@@ -6,7 +6,7 @@
 //! error grows by the unknown part of the rate, and by the largest ramp that the profile admits. So the bound does
 //! not depend on how well the filter follows: while the filter lags, the difference is part of the bound.
 
-use super::estimator::{SHIFT, elapsed, limited, scale};
+use super::estimator::{SHIFT, elapsed, half, limited, scale};
 use super::policy::Limits;
 use crate::types::{FineInstant, FineScet};
 
@@ -49,7 +49,7 @@ impl Trust {
         let (before, then) = self.from;
         let span = elapsed(before, at);
         // The mean of the rate is as far from its present value as the drift makes it in half of the span.
-        let drift = limits.drift_over(span / 2);
+        let drift = limits.drift_over(half(span));
         let noise = rate_of(2 * error, span);
         self.unsure = limited(aged, limits.rate);
         if noise + drift < aged {

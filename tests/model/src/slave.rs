@@ -9,7 +9,7 @@ use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::machine::NodeControl;
 use ecss_can::link::access::BusAccess;
 use ecss_can::redundancy::Parameters;
-use ecss_can::redundancy::machine::{Retained, SlaveRedundancy, SlaveStep, SlaveVerdict};
+use ecss_can::redundancy::machine::{Retained, SlaveActions, SlaveRedundancy, SlaveStep, SlaveVerdict};
 use ecss_can::types::{
     Bus, Canonical, CobId, Duration, Frame, Instant, Instants as _, NmtState, NodeId, PerBus, earliest,
 };
@@ -99,10 +99,11 @@ impl Slave {
         now: Instant,
         decide: impl FnOnce(&mut SlaveRedundancy, &mut SlaveStep) -> R,
     ) -> R {
-        let mut step = SlaveStep::new(now, &self.node.control, self.node.received);
+        let mut actions = SlaveActions::new();
+        let mut step = SlaveStep::new(now, &self.node.control, self.node.received, &mut actions);
         let result = decide(&mut self.redundancy, &mut step);
         let mut reported = None;
-        for action in step.into_actions() {
+        for action in actions {
             self.carry_out(action, &mut reported, now);
         }
         self.end_step(now);

@@ -134,6 +134,7 @@ impl<D: Device> CanopenSlave<D> {
         self.canopen.poll(BUS, turn);
         self.canopen.set_filters(&[BUS], turn);
         self.canopen.settle();
+        turn.out.note_done(turn.until);
     }
 }
 

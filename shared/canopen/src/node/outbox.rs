@@ -13,6 +13,7 @@ pub struct Outbox<E, D: Depth = FullDepth> {
     overflows: u32,
     unsent: PerBus<u16>,
     has_signal: bool,
+    done_until: Instant,
 }
 
 impl<E, D: Depth> Outbox<E, D> {
@@ -30,7 +31,18 @@ impl<E, D: Depth> Outbox<E, D> {
             overflows: 0,
             unsent: PerBus { nominal: 0, redundant: 0 },
             has_signal: false,
+            done_until: Instant::ZERO,
         }
+    }
+
+    /// Notes that the node has done everything that was due until `until`.
+    pub fn note_done(&mut self, until: Instant) {
+        self.done_until = until;
+    }
+
+    /// Returns the instant of the last call of [`Outbox::note_done`].
+    pub fn done_until(&self) -> Instant {
+        self.done_until
     }
 
     /// Sends a frame now or within `lifetime` of `now`. After that the frame is dropped.

@@ -59,9 +59,10 @@ impl<B: Platform, N: Node> DueRunner<B, N> {
     }
 }
 
-/// Does what is due; when to come again. The node runs at the instant that it asked for, whatever its memory says since.
+/// Does what is due; when to come again. The node runs at the instant that it asked for, whatever its memory says since. If it has
+/// run meanwhile, with a frame, nothing is left to do (row `rx.interrupt_to_application`).
 fn turn<N: Node>(shared: &mut Shared<N>, now: Instant) -> Instant {
-    if shared.is_due(now) || shared.armed <= now {
+    if shared.is_due(now) || shared.is_missed(now) {
         shared.run_due(now);
     }
     shared.tell_application();
@@ -74,21 +75,40 @@ mod tests {
     use crate::node::probe::Probe;
     use crate::node::{CanopenSlave, Settings};
     use crate::runner::Diagnostics;
-    use crate::types::{Bus, NodeId};
+    use crate::types::{Bus, Duration, NodeId};
 
     extern crate alloc;
 
     use alloc::boxed::Box;
 
+    fn shared() -> Shared<CanopenSlave<Probe>> {
+        static DIAGNOSTICS: Diagnostics = Diagnostics::new();
+        let slave = CanopenSlave::new(NodeId::of::<5>(), &Settings::DEFAULT, Probe::default());
+        let mut shared = Shared::new(Box::leak(Box::new(slave)), &DIAGNOSTICS);
+        shared.power_on(Instant::ZERO);
+        shared
+    }
+
+    /// Given a slave that has run with a frame at the instant of its alarm, then it does not run again, unless something is due.
+    #[test]
+    fn a_node_that_has_run_at_its_alarm_does_not_run_again() {
+        let mut shared = shared();
+        let due = turn(&mut shared, Instant::ZERO);
+        shared.armed = due;
+        shared.run_due(due);
+        // A run would compute the deadline anew.
+        shared.node.wakes_mut().set(None);
+        assert_eq!(turn(&mut shared, due), Instant::NEVER);
+        shared.armed = due + Duration::from_micros(1);
+        assert_ne!(turn(&mut shared, due + Duration::from_micros(1)), Instant::NEVER);
+    }
+
     /// Given a slave whose alarm is set to its next heartbeat, when any bit of the instant at which the node runs next flips, then
     /// the heartbeat is sent when the alarm fires.
     #[test]
     fn the_node_runs_at_its_alarm_whatever_bit_has_flipped() {
-        static DIAGNOSTICS: Diagnostics = Diagnostics::new();
         for bit in 0..64 {
-            let slave = CanopenSlave::new(NodeId::of::<5>(), &Settings::DEFAULT, Probe::default());
-            let mut shared = Shared::new(Box::leak(Box::new(slave)), &DIAGNOSTICS);
-            shared.power_on(Instant::ZERO);
+            let mut shared = shared();
             let (period, mut due) = (Settings::DEFAULT.heartbeats.producer, Instant::ZERO);
             // Filters go first, one after the other.
             while due < Instant::ZERO + period {

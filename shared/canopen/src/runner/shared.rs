@@ -177,6 +177,11 @@ impl<N: Node> Shared<N> {
         self.node.deadline().is_some_and(|due| due <= now)
     }
 
+    /// Returns whether the node has not run since the instant for which the alarm was set, though that is past.
+    pub fn is_missed(&self, now: Instant) -> bool {
+        self.armed <= now && self.out.done_until() < self.armed
+    }
+
     /// Does what is due.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: once for its task and for calls of the application
     pub fn run_due(&mut self, now: Instant) {

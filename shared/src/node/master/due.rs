@@ -36,6 +36,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             self.run_sync(turn);
         }
         self.settle();
+        turn.out.note_done(turn.until);
     }
 
     /// Resets slaves that do not recover by themselves.

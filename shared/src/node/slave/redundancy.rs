@@ -9,6 +9,7 @@ use crate::nmt::machine::Reaction;
 use crate::node::services::SpacecraftServices;
 use crate::node::slave::Turn;
 use crate::node::{SlaveEvent, SpacecraftDevice};
+use crate::redundancy::machine::SlaveActions;
 use crate::redundancy::{BusCause, SlaveAction, SlaveRedundancy, SlaveStep, SlaveVerdict};
 use crate::types::{Bus, CobId, Frame};
 
@@ -19,17 +20,27 @@ impl<D: SpacecraftDevice> Slave<D> {
         turn: &mut Turn,
         decide: impl FnOnce(&mut SlaveRedundancy, &mut SlaveStep) -> R,
     ) -> R {
+        let result = self.decide_in_run(turn, decide);
+        self.redundancy.settle(self.canopen.wakes_mut());
+        result
+    }
+
+    /// As [`Slave::decide`], within a run of the node, which looks at all deadlines at its end.
+    pub(super) fn decide_in_run<R>(
+        &mut self,
+        turn: &mut Turn,
+        decide: impl FnOnce(&mut SlaveRedundancy, &mut SlaveStep) -> R,
+    ) -> R {
         let received = self.canopen.services().buses().received();
-        let mut step = SlaveStep::new(turn.now, self.canopen.control(), received);
+        let mut actions = SlaveActions::new();
+        let mut step = SlaveStep::new(turn.now, self.canopen.control(), received, &mut actions);
         let result = decide(self.redundancy.no_sooner(), &mut step);
-        let actions = step.into_actions();
         self.carry_out_all(&actions, turn);
         result
     }
 
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: once for all decisions
     fn carry_out_all(&mut self, actions: &[SlaveAction], turn: &mut Turn) {
-        self.redundancy.settle(self.canopen.wakes_mut());
         actions.iter().for_each(|action| self.carry_out(*action, turn));
     }
 

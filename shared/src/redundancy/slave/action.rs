@@ -18,21 +18,22 @@ pub struct SlaveStep<'a> {
     pub(super) control: &'a NodeControl,
     /// Number of frames received on each bus since power-on; wraps.
     pub(super) received: PerBus<u32>,
-    actions: SlaveActions,
+    actions: &'a mut SlaveActions,
 }
 
 /// Decisions of a step, in the order in which the node carries them out.
 pub type SlaveActions = heapless::Vec<SlaveAction, MOST>;
 
 impl<'a> SlaveStep<'a> {
-    /// Begins a step at `now`. `received`: number of frames received on each bus since power-on; wraps.
-    pub const fn new(now: Instant, control: &'a NodeControl, received: PerBus<u32>) -> Self {
-        SlaveStep { now, control, received, actions: SlaveActions::new() }
-    }
-
-    /// Ends the step. Returns what the node has to carry out.
-    pub fn into_actions(self) -> SlaveActions {
-        self.actions
+    /// Begins a step at `now`. `received`: number of frames received on each bus since power-on; wraps. What the node has to
+    /// carry out is added to `actions`.
+    pub const fn new(
+        now: Instant,
+        control: &'a NodeControl,
+        received: PerBus<u32>,
+        actions: &'a mut SlaveActions,
+    ) -> Self {
+        SlaveStep { now, control, received, actions }
     }
 
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: 88 bytes

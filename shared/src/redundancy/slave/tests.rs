@@ -5,7 +5,10 @@ extern crate std;
 use std::vec::Vec;
 
 use super::action::MOST;
-use super::{BusCause, Retained, SlaveAction as Action, SlaveRedundancy, SlaveStep, SlaveVerdict as Verdict};
+use super::{
+    BusCause, Retained, SlaveAction as Action, SlaveActions, SlaveRedundancy, SlaveStep,
+    SlaveVerdict as Verdict,
+};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
 use crate::heartbeat::machine::NodeControl;
@@ -91,9 +94,9 @@ impl Bench {
     }
 
     fn decide<R>(&mut self, at: u64, decide: impl FnOnce(&mut SlaveRedundancy, &mut SlaveStep) -> R) -> R {
-        let mut step = SlaveStep::new(ms(at), &self.control, PerBus::default());
+        let mut actions = SlaveActions::new();
+        let mut step = SlaveStep::new(ms(at), &self.control, PerBus::default(), &mut actions);
         let result = decide(&mut self.slave, &mut step);
-        let actions = step.into_actions();
         self.most = self.most.max(actions.len());
         for action in actions {
             self.carry_out(&action, at);
