@@ -66,7 +66,7 @@ fn compiler(machine: &Machine) -> Result<String, String> {
 fn toolchain(machine: &Machine) -> Result<String, String> {
     match &machine.toolchain {
         Ok(toolchain) => Ok(toolchain.name().to_owned()),
-        Err(_) if machine.has_rustup => Err(format!("rustup target add {TARGET}")),
+        Err(_) if machine.has_rustup && machine.may_add_target => Err(format!("rustup target add {TARGET}")),
         Err(debian) => Err(format!("sudo sh -c '{debian}'")),
     }
 }
@@ -97,6 +97,7 @@ mod tests {
             compiler: Some("rustc 1.99.0 (0123 2026-01-01)".into()),
             toolchain: Ok(Toolchain::Rustup),
             has_rustup: true,
+            may_add_target: true,
             rust_lld: Some("/lld".into()),
             cc: Some("/usr/bin/cc".into()),
             probe_rs: Some("probe-rs 0.30.0".into()),
@@ -121,8 +122,10 @@ mod tests {
         let debian = || Err("apt-get install -y lld".to_owned());
         let by_rustup = Machine { toolchain: debian(), ..machine() };
         assert_eq!(missing(&by_rustup), [(true, format!("rustup target add {TARGET}"))]);
-        let by_debian = Machine { toolchain: debian(), has_rustup: false, ..machine() };
-        assert_eq!(missing(&by_debian), [(true, "sudo sh -c 'apt-get install -y lld'".to_owned())]);
+        for (has_rustup, may_add_target) in [(false, true), (true, false)] {
+            let by_debian = Machine { toolchain: debian(), has_rustup, may_add_target, ..machine() };
+            assert_eq!(missing(&by_debian), [(true, "sudo sh -c 'apt-get install -y lld'".to_owned())]);
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::images::support::needs::is_root;
-use crate::images::{Toolchain, clean, installed};
+use crate::images::{Toolchain, clean, installed, rustup_may_add_target};
 
 /// Folders with rules for devices, on Linux.
 const RULES: [&str; 4] =
@@ -21,6 +21,8 @@ pub(super) struct Machine {
     pub(super) toolchain: Result<Toolchain, String>,
     /// It has rustup.
     pub(super) has_rustup: bool,
+    /// The environment permits rustup to add a target.
+    pub(super) may_add_target: bool,
     /// Linker of rustup's toolchain.
     pub(super) rust_lld: Option<PathBuf>,
     /// Linker of programs for this computer.
@@ -39,6 +41,7 @@ impl Machine {
             compiler: said("rustc", &["--version"]),
             toolchain: installed(&here, false),
             has_rustup: in_path("rustup").is_some(),
+            may_add_target: rustup_may_add_target(),
             rust_lld: rust_lld(),
             cc: in_path("cc"),
             probe_rs: said("probe-rs", &["--version"]),

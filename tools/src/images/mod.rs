@@ -43,7 +43,7 @@ use site::Site;
 use support::output::note;
 pub use target::{results, target};
 #[cfg(feature = "program")]
-pub(crate) use toolchain::{Toolchain, installed};
+pub(crate) use toolchain::{Toolchain, installed, rustup_may_add_target};
 
 /// Images of master and slave, for boards and for the twin.
 #[derive(Clone, Debug, PartialEq, Eq)]

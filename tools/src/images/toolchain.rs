@@ -42,7 +42,7 @@ pub fn find(home: &Path, clippy: bool) -> Result<Toolchain, Error> {
         Ok(toolchain) => return Ok(toolchain),
         Err(install) => install,
     };
-    if is_rustup_wanted() && rustup_may_install() && add_rustup_target(home) {
+    if rustup_may_add_target() && add_rustup_target(home) {
         return Ok(Toolchain::Rustup);
     }
     if !Path::new("/usr/bin/apt-get").exists() || !is_root() {
@@ -126,9 +126,9 @@ fn has_rustup_target(home: &Path) -> bool {
     })
 }
 
-/// Returns whether rustup may install: evaluates its own variable.
-fn rustup_may_install() -> bool {
-    std::env::var("RUSTUP_AUTO_INSTALL").as_deref() != Ok("0")
+/// Returns whether rustup, if it is there, may add the target. Evaluates rustup's own variable, too.
+pub fn rustup_may_add_target() -> bool {
+    is_rustup_wanted() && std::env::var("RUSTUP_AUTO_INSTALL").as_deref() != Ok("0")
 }
 
 fn add_rustup_target(home: &Path) -> bool {
