@@ -41,7 +41,7 @@ impl<E, D: Depth> Outbox<E, D> {
     }
 
     /// Returns the instant of the last call of [`Outbox::note_done`].
-    pub fn done_until(&self) -> Instant {
+    pub(crate) fn done_until(&self) -> Instant {
         self.done_until
     }
 
