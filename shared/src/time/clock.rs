@@ -67,6 +67,9 @@ const OTHER_RATES: i64 = 4;
 /// Time without a pair after which rate and drift are found anew: 64 s, in units of 2^-32 s.
 const FORGOTTEN: i64 = 64 << 32;
 
+/// Most that the parabola may begin in the future: a second, more than the delays by which pairs are corrected.
+const AHEAD: i64 = 1 << 32;
+
 /// Most that the filter takes for a drift: 3.8 ppm/s. 2^-48.
 const DRIFT_LIMIT: i32 = 1 << 30;
 
@@ -186,6 +189,14 @@ impl LocalClock {
         self.correct(at, change, now.max(at));
         self.taken(at, source);
         None
+    }
+
+    /// Forgets the clock if its parabola begins in the future: a bit of that instant flipped. Then the pair of the instant `at` sets
+    /// it. Without this all pairs until that instant would be too late.
+    pub(crate) fn confine(&mut self, at: FineInstant, now: FineInstant) {
+        if elapsed(now, self.base) > AHEAD {
+            (self.base, self.is_synchronised) = (at, false);
+        }
     }
 
     /// Returns whether the clock was corrected after the instant `at`. A pair of that instant is ignored.
@@ -388,7 +399,7 @@ impl LocalClock {
 
     /// Returns the rest of the residue, in units of 2^-32 s.
     fn residue_at(&self, at: FineInstant) -> i64 {
-        let left = self.residue - scale(elapsed(self.base, at) >> 8, self.slew.into());
+        let left = self.residue.wrapping_sub(scale(elapsed(self.base, at) >> 8, self.slew.into()));
         // Of the other sign: it has gone to zero.
         if (left ^ self.residue) < 0 { 0 } else { left }
     }
@@ -400,4 +411,41 @@ const UNITS_PER_SECOND: i64 = FineInstant::PER_MICRO as i64 * 1_000_000;
 /// Converts to a `u32`. A larger value becomes `u32::MAX`.
 fn saturated(value: i64) -> u32 {
     value.min(u32::MAX.into()) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Given a clock that takes a pair each second, when any bit of its parabola flips, then it is right again after ten pairs.
+    #[test]
+    fn flipped_bit_of_the_parabola_is_over_after_ten_pairs() {
+        let at = |second: u64| FineInstant::from_units(second * UNITS_PER_SECOND as u64);
+        let scet = |second: u64| FineScet::from_units((1_000 + second) << 32);
+        let pair = |clock: &mut LocalClock, second| {
+            let now = at(second).plus(UNITS_PER_SECOND / 1_000);
+            clock.confine(at(second), now);
+            clock.discipline(at(second), scet(second), TimeSource::Capture, now);
+        };
+        let mut sound = LocalClock::new(&ClockPolicy::DEFAULT);
+        (1..20).for_each(|second| pair(&mut sound, second));
+        let flips: [fn(&mut LocalClock, u32); 7] = [
+            |clock, bit| clock.base = FineInstant::from_units(clock.base.units() ^ 1 << bit),
+            |clock, bit| clock.scet = FineScet::from_units(clock.scet.units() ^ 1 << bit),
+            |clock, bit| clock.heard = FineInstant::from_units(clock.heard.units() ^ 1 << bit),
+            |clock, bit| clock.residue ^= 1 << bit,
+            |clock, bit| clock.rate ^= 1 << (bit % 32),
+            |clock, bit| clock.drift ^= 1 << (bit % 32),
+            |clock, bit| clock.slew ^= 1 << (bit % 32),
+        ];
+        for (field, flip) in flips.iter().enumerate() {
+            for bit in 0..64 {
+                let mut clock = sound.clone();
+                flip(&mut clock, bit);
+                (20..30).for_each(|second| pair(&mut clock, second));
+                let off = clock.at(at(30)).since(scet(30)).unsigned_abs();
+                assert!(off < STEP_LIMIT, "field {field}, bit {bit}: {off}");
+            }
+        }
+    }
 }

@@ -77,13 +77,13 @@ impl Doubt {
             Agreement::AtOtherRate => (self.weight, self.is_other_rate) = (self.weight + 1, true),
             Agreement::None => (self.weight, self.is_other_rate) = (AGREES, false),
         }
-        (self.differs, self.at) = (differs.clamp(-MOST, MOST), at);
+        (self.differs, self.at) = (differs, at);
         let whole = agreeing.saturating_mul(AGREES);
         if self.weight < whole {
             return Verdict::Refused;
         }
         let verdict = if self.is_other_rate { Verdict::MovesAtOtherRate } else { Verdict::Moves };
-        *self = Doubt { moved: self.differs.abs(), unconfirmed: whole, ..Doubt::new() };
+        *self = Doubt { moved: distance(differs), unconfirmed: whole, ..Doubt::new() };
         verdict
     }
 
@@ -96,6 +96,11 @@ impl Doubt {
 
     /// Returns the width that is added to the reported bound, in units of 2^-32 s.
     pub fn widens(&self) -> i64 {
-        self.differs.abs() + self.moved
+        distance(self.differs) + self.moved
     }
+}
+
+/// A distance, at most [`MOST`]: 4 years.
+fn distance(differs: i64) -> i64 {
+    differs.clamp(-MOST, MOST).abs()
 }

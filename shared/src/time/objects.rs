@@ -89,7 +89,8 @@ impl From<Scet> for ScetGet {
     }
 }
 
-/// Delays of the stamps of a node, and resolution of the received spacecraft time (2014h).
+/// Delays of the stamps of a node, and resolution of the received spacecraft time (2014h). A delay of more than 1 ms counts as not
+/// known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct TimeCorrection {
     /// Delay on the nominal bus
@@ -109,6 +110,9 @@ pub struct TimeCorrection {
     pub fine_bits: u8,
 }
 
+/// Longest delay that a correction may have, nanoseconds: that of 200 km of cable.
+const LONGEST_DELAY: u32 = 1_000_000;
+
 impl TimeCorrection {
     /// Returns the delay on a bus in nanoseconds, if it is known.
     pub const fn of(&self, bus: Bus) -> Option<i32> {
@@ -118,9 +122,9 @@ impl TimeCorrection {
         })
     }
 
-    /// A delay as it stands in the object.
+    /// A delay as it stands in the object. One that no cable has is not known: a bit of it flipped.
     pub(crate) const fn known(delay: i32) -> Option<i32> {
-        if delay == i32::MIN { None } else { Some(delay) }
+        if delay.unsigned_abs() > LONGEST_DELAY { None } else { Some(delay) }
     }
 }
 

@@ -250,6 +250,7 @@ impl TimeService {
         source: TimeSource,
         now: Instant,
     ) -> PairOutcome {
+        self.clock.confine(at, now.into());
         if self.clock.is_over(at) {
             return self.unused();
         }

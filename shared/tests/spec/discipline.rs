@@ -95,6 +95,25 @@ fn contradicting_pairs_step_the_clock_above_10_ms_only() {
     }
 }
 
+/// Given a clock that follows its master, when the time of the master is set by years, then the clock follows.
+///
+/// Verifies: ECSS 7.2.1a
+#[test]
+fn a_clock_follows_a_step_of_years() {
+    const YEAR: u64 = 31_557_600;
+    for years in [1, 4, 5, 10, 30, 60] {
+        for span in [years * YEAR * SCET_SECOND, (years * YEAR * SCET_SECOND).wrapping_neg()] {
+            let mut clock = synchronised();
+            let time = |second| FineScet::from_units(scet(second + 90, 0).units().wrapping_add(span));
+            for second in 20..30 {
+                pair(&mut clock, second, time(second));
+            }
+            let off = clock.at(local(29, 0)).since(time(29)).unsigned_abs();
+            assert!(off < SCET_SECOND / 1_000, "{years} years, {span}");
+        }
+    }
+}
+
 #[test]
 fn a_single_outlier_is_refused_and_the_third_in_a_row_taken() {
     let mut clock = synchronised();
