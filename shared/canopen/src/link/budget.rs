@@ -187,8 +187,8 @@ impl Budget {
     pub fn take(&mut self, id: CobId, now: Instant) -> Option<Over> {
         let over = self.over(id, now.as_micros() as u32)?;
         if correct(self.rates.each_mut()) {
-            // A bit of a rate flipped.
-            self.whole = Bucket::FULL;
+            // A bit of a rate flipped. What it closed is open again.
+            (self.buckets, self.whole) = ([Bucket::FULL; 2 * BUCKETS], Bucket::FULL);
             return None;
         }
         if over == Over::Node {
