@@ -96,8 +96,6 @@ fn contradicting_pairs_step_the_clock_above_10_ms_only() {
 }
 
 /// Given a clock that follows its master, when the time of the master is set by years, then the clock follows.
-///
-/// Verifies: ECSS 7.2.1a
 #[test]
 fn a_clock_follows_a_step_of_years() {
     const YEAR: u64 = 31_557_600;
