@@ -28,6 +28,8 @@ pub struct ClashWatch {
     #[canonical(age = context.quiet)]
     heard: Option<Instant>,
     has_yielded: bool,
+    /// The node is silent. It yields before that if its boot-up message still waits for an acknowledgement.
+    is_silent: bool,
 }
 
 /// Times of a [`ClashWatch`] that its owner knows.
@@ -55,12 +57,13 @@ pub enum Clash {
 impl ClashWatch {
     /// Makes a watch before boot-up. No other node is known.
     pub const fn new() -> Self {
-        ClashWatch { booted: None, sent: None, heard: None, has_yielded: false }
+        ClashWatch { booted: None, sent: None, heard: None, has_yielded: false, is_silent: false }
     }
 
     /// Notes that the node queues its boot-up message.
     pub fn boot(&mut self, now: Instant) {
-        (self.booted, self.sent, self.has_yielded) = (Some(now), None, false);
+        (self.booted, self.sent) = (Some(now), None);
+        (self.has_yielded, self.is_silent) = (false, false);
     }
 
     /// Takes a boot-up message or heartbeat of this node that ended at `at`.
@@ -90,9 +93,20 @@ impl ClashWatch {
         if is_known { Clash::Known } else { Clash::Elder }
     }
 
-    /// Returns whether this node yielded and is silent.
+    /// Returns whether this node yielded: it is silent, or will be.
     pub const fn has_yielded(&self) -> bool {
         self.has_yielded
+    }
+
+    /// Returns whether this node must fall silent now: it yielded, and its boot-up message was sent. Before that no emergency may be
+    /// sent, and the other node has not heard this one.
+    pub const fn must_fall_silent(&self) -> bool {
+        self.has_yielded && !self.is_silent && self.sent.is_some()
+    }
+
+    /// Notes that this node is silent.
+    pub const fn fall_silent(&mut self) {
+        self.is_silent = true;
     }
 
     /// Returns whether another node is known.
@@ -109,8 +123,9 @@ impl ClashWatch {
         is_over
     }
 
-    /// Ends the clash. Returns whether this node was silent.
+    /// Ends the clash. Returns whether this node yielded.
     pub fn restore(&mut self) -> bool {
+        self.is_silent = false;
         core::mem::take(&mut self.has_yielded)
     }
 

@@ -30,14 +30,23 @@ impl SlaveRedundancy {
         if clash == Clash::Known {
             return SlaveVerdict::Taken;
         }
-        let yields = clash == Clash::Newcomer;
-        step.act(Action::Clash { bus, yields });
+        step.act(Action::Clash { bus, yields: clash == Clash::Newcomer });
         step.act(Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source });
-        if yields {
+        SlaveVerdict::Taken
+    }
+
+    /// Does what the clash demands at `until`. Returns whether there was something.
+    pub(super) fn follow_clash(&mut self, until: Instant, step: &mut SlaveStep) -> bool {
+        if self.clashes.must_fall_silent() {
+            self.clashes.fall_silent();
             // Stopped forbids the message, so it goes out before.
             step.act(Action::FallSilent { bus: self.selected() });
+        } else if self.clashes.poll(until, self.parameters().hold_off_time()) {
+            self.on_clash_over(step);
+        } else {
+            return false;
         }
-        SlaveVerdict::Taken
+        true
     }
 
     /// Returns the time after boot-up in which the node yields: the consumer time, or `periods` heartbeat periods if
@@ -53,7 +62,7 @@ impl SlaveRedundancy {
     }
 
     /// The other node was silent long enough.
-    pub(super) fn on_clash_over(&mut self, step: &mut SlaveStep) {
+    fn on_clash_over(&mut self, step: &mut SlaveStep) {
         let source = step.control.id().get();
         step.act(Action::Clear { code: ErrorCode::CAN_ID_COLLISION, source });
         step.act(Action::ClashOver);

@@ -170,9 +170,7 @@ impl SlaveRedundancy {
             && let Some(selection) = self.selector.poll(until)
         {
             self.apply(selection, step);
-        } else if self.clashes.is_known() && self.clashes.poll(until, self.parameters().hold_off_time()) {
-            self.on_clash_over(step);
-        } else {
+        } else if !(self.clashes.is_known() && self.follow_clash(until, step)) {
             if self.guard.is_counting() {
                 self.open_guard(until, step);
             }
@@ -186,7 +184,7 @@ impl SlaveRedundancy {
         // Multiplications, seldom needed.
         let hold_off = || self.parameters().hold_off_time();
         earliest(&[
-            self.wanted.map(|_| Instant::ZERO),
+            (self.wanted.is_some() || self.clashes.must_fall_silent()).then_some(Instant::ZERO),
             self.warning.or_else(|| self.selector.deadline()),
             if self.clashes.is_known() { self.clashes.deadline(hold_off()) } else { None },
             self.guard.deadline(self.pause()),

@@ -258,9 +258,10 @@ fn a_newcomer_reports_the_clash_before_it_is_stopped() {
         Verdict::Taken
     );
     let clash = Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source: 5 };
+    assert_eq!(bench.slave.deadline(), Some(Instant::ZERO));
     let expected =
         [Action::Clash { bus: Bus::Nominal, yields: true }, clash, Action::FallSilent { bus: Bus::Nominal }];
-    assert_eq!(bench.actions(), expected);
+    assert_eq!(bench.poll(50), expected);
     assert_eq!(bench.control.state(), NmtState::Stopped);
     assert_eq!(bench.control.deadline(), None, "no heartbeat");
     bench.receive(Bus::Nominal, &of_master(), 60);
@@ -274,6 +275,25 @@ fn a_newcomer_reports_the_clash_before_it_is_stopped() {
     ];
     assert_eq!(bench.poll(300), over);
     assert_eq!(bench.control.deadline(), Some(ms(300)));
+}
+
+/// Given a slave whose boot-up message waits for an acknowledgement, when it hears another node with its Node-ID, then it continues to
+/// send the boot-up message. Once that was sent, it reports the clash and is silent.
+#[test]
+fn a_newcomer_is_silent_after_its_boot_up_message() {
+    let heard = |state| (state, heartbeat::encode(ID, state));
+    for (state, frame) in [heard(NmtState::Operational), heard(NmtState::Initialising)] {
+        let mut bench = Bench::new(BusAccess::Parallel);
+        bench.receive(Bus::Nominal, &frame, 1);
+        let clash = Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source: 5 };
+        assert_eq!(bench.poll(1), [Action::Clash { bus: Bus::Nominal, yields: true }, clash], "{state:?}");
+        assert_eq!(bench.control.poll(bench.control.deadline().unwrap()), Some(heartbeat::encode(ID, NmtState::Initialising)));
+        bench.control.on_sent(&heartbeat::encode(ID, NmtState::Initialising));
+        bench.slave.on_sent(&heartbeat::encode(ID, NmtState::Initialising), ms(51), ID);
+        assert_eq!(bench.slave.deadline(), Some(Instant::ZERO));
+        assert_eq!(bench.poll(51), [Action::FallSilent { bus: Bus::Nominal }], "{state:?}");
+        assert_eq!((bench.control.state(), bench.control.deadline()), (NmtState::Stopped, None));
+    }
 }
 
 /// Given a slave above its budget, when the master starts it, then the slave stays in Pre-operational until the silence

@@ -39,16 +39,16 @@ fn of(flight: &Flight, board: usize, id: u16) -> impl Iterator<Item = &Seen> {
 /// that the other one continues.
 fn assert_one_yields(images: &Images, ppm: f64) {
     let flight = fly(images, ppm);
-    let reports = |board: usize| flight.logs.iter().filter(move |log| log.board.0 == board);
-    let yields = |board| Some((board, reports(board).find(|log| log.text.contains("yields: true"))?.at));
+    let logs = |board: usize| flight.logs.iter().filter(move |log| log.board.0 == board);
+    let yields = |board| Some((board, logs(board).find(|log| log.text.contains("yields: true"))?.at));
     let yielded: Vec<(usize, Time)> = EQUAL.into_iter().filter_map(yields).collect();
     let &[(silent, at)] = yielded.as_slice() else {
         panic!("one board yields, not {yielded:?}\n{}", flight.log(3));
     };
     assert!(at < ms(MASTER_AND_THREE[2].power_on_ms + 300 + PERIODS * PERIOD_MS), "{} us", at.as_us());
-    let emergencies = |board: usize| of(&flight, board, 0x083).filter(|seen| seen.data()[..2] == COLLISION);
-    // The other one reports it too if a heartbeat was already on the wire.
-    assert!((1..=2).contains(&EQUAL.into_iter().flat_map(emergencies).count()));
+    let reports = |board: usize| of(&flight, board, 0x083).any(|seen| seen.data()[..2] == COLLISION);
+    // Equal messages of both may merge.
+    assert!(EQUAL.into_iter().any(reports), "no board reports it\n{}", flight.log(3));
     // A frame in its mailbox may still be sent.
     let late = flight.on(Bus::Nominal).filter(|seen| seen.sender == silent && seen.end > at + ms(100));
     assert_eq!(late.count(), 0, "board {silent} is silent");

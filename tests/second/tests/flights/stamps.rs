@@ -11,7 +11,7 @@ use flight::*;
 
 const SYNC: u16 = 0x080;
 const PERIOD: Time = ms(100);
-const SYNCS: u64 = 100;
+const SYNCS: u64 = 250;
 const BIT_ERRORS: f64 = 1e-5;
 
 /// Largest error: the specified one of the boards (48 ns) and the rounding of the measurement. 84 counts are a
@@ -70,8 +70,8 @@ fn assert_true(boards: Boards, load: f64) {
     assert!(outcome.worst_ns() <= PROMISED_NS, "{told}");
     assert!(outcome.captured_share() > 0.98, "{told}");
     assert!((outcome.load - load).abs() < 0.05, "{told}");
-    // Six nodes, ten seconds: there are many errors, mostly in frames at 90 %.
-    assert!(destroyed as f64 > 300.0 * load, "{destroyed} destroyed, {told}");
+    // Six nodes, 25 seconds: there are many errors, mostly in frames at 90 %.
+    assert!(destroyed as f64 > 750.0 * load, "{destroyed} destroyed, {told}");
     // Each of the four boards either stamped a SYNC or counted it with its reason.
     let answered = outcome.errors_ns.len() as u64 + missed.iter().sum::<u64>();
     assert!((4 * SYNCS..4 * SYNCS + 4).contains(&answered), "{answered} answered, {told}");
