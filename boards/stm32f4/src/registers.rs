@@ -26,6 +26,7 @@ pub(crate) use entry::{Kept, Register, is_sealed, seal};
 pub(crate) static UPSETS: ecss_can::node::Upsets = ecss_can::node::Upsets::new();
 
 /// Counts a register that was mended, for the node.
+#[cfg_attr(feature = "full", inline(never))] // row `size.pyboard-v11.slave.flash`
 #[cfg_attr(not(feature = "full"), expect(unused_variables, reason = "a minimal slave has no object for it"))]
 pub(crate) fn count(address: u32) {
     #[cfg(feature = "full")]

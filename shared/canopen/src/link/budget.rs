@@ -36,8 +36,8 @@ pub const fn is_sdo(id: CobId) -> bool {
 pub struct Rate {
     /// Time in which a token comes back, microseconds.
     period: u32,
-    /// Time in which an empty bucket is full again, microseconds.
-    whole: u32,
+    /// Frames at once in the low half; in the high one a checksum, which each bit changes.
+    sealed: u32,
 }
 
 impl Rate {
@@ -48,18 +48,36 @@ impl Rate {
     pub const fn new(burst: u16, per_second: u16) -> Rate {
         assert!(burst > 0 && per_second > 0, "a rate without frames");
         let period = 1_000_000 / per_second as u32;
-        Rate { period, whole: period.saturating_mul(burst as u32) }
+        Rate { period, sealed: burst as u32 | Self::checksum(period, burst) << 16 }
+    }
+
+    const fn checksum(period: u32, burst: u16) -> u32 {
+        !(period ^ period >> 16 ^ burst as u32) & 0xFFFF
+    }
+
+    const fn burst(self) -> u16 {
+        self.sealed as u16
+    }
+
+    /// Returns whether no bit of the rate has flipped.
+    const fn is_intact(self) -> bool {
+        self.sealed >> 16 == Self::checksum(self.period, self.burst())
+    }
+
+    /// Returns the time in which an empty bucket is full again, microseconds.
+    const fn whole(self) -> u32 {
+        self.period.saturating_mul(self.burst() as u32)
     }
 
     /// Returns whether frames with this period take at most half of the rate. A period of zero means no frames.
     pub const fn is_twice(self, period: Duration) -> bool {
         let us = period.as_micros();
-        us == 0 || (us >= 2 * self.period as u64 && self.whole > self.period)
+        us == 0 || (us >= 2 * self.period as u64 && self.burst() > 1)
     }
 
     /// Returns whether the rate admits everything that `other` admits.
     pub const fn is_at_least(self, other: Rate) -> bool {
-        self.period <= other.period && self.whole / self.period >= other.whole / other.period
+        self.period <= other.period && self.burst() >= other.burst()
     }
 }
 
@@ -96,16 +114,18 @@ impl Bucket {
     pub const FULL: Bucket = Bucket { full_at: 0, is_closed: false };
 
     /// Takes a token at `now`, in microseconds. Returns whether there was one. A bucket that was empty has none until
-    /// it is full again.
+    /// it is full again. A rate of which a bit has flipped admits every frame.
     #[inline(never)] // of several callers
     pub fn take(&mut self, rate: Rate, now: u32) -> bool {
+        let whole = rate.whole();
         let mut missing = self.full_at.wrapping_sub(now);
-        if missing > rate.whole {
+        if missing > whole {
             // More than an empty one misses: that was in the past.
             missing = 0;
         }
-        let after = missing + rate.period;
-        self.is_closed = after > rate.whole || (self.is_closed && missing > 0);
+        let after = missing.wrapping_add(rate.period);
+        let is_over = after > whole || (self.is_closed && missing > 0);
+        self.is_closed = is_over && rate.is_intact();
         if !self.is_closed {
             self.full_at = now.wrapping_add(after);
         }
@@ -233,5 +253,33 @@ impl Budget {
     /// Returns when to call [`Budget::poll`] next.
     pub fn deadline(&self) -> Option<Instant> {
         (self.until < Instant::NEVER).then_some(self.until)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Given a budget of which any bit of a rate flips, then frames at half of the rate are all admitted.
+    #[test]
+    fn flipped_bit_of_a_rate_refuses_no_frame() {
+        let words: [fn(&mut Budget) -> &mut u32; 4] = [
+            |budget| &mut budget.cob_id.period,
+            |budget| &mut budget.cob_id.sealed,
+            |budget| &mut budget.node.period,
+            |budget| &mut budget.node.sealed,
+        ];
+        for (number, word) in words.iter().enumerate() {
+            for bit in 0..u32::BITS {
+                let silence = Duration::from_millis(100);
+                let mut budget = Budget::new(Rate::new(20, 100), Rate::new(100, 500), silence);
+                *word(&mut budget) ^= 1 << bit;
+                for frame in 0..200 {
+                    let now = Instant::ZERO + Duration::from_millis(20 * frame);
+                    let over = budget.take(CobId::new(0x185).unwrap(), now);
+                    assert_eq!(over, None, "word {number}, bit {bit}, frame {frame}");
+                }
+            }
+        }
     }
 }
