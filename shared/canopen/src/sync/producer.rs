@@ -86,6 +86,21 @@ impl Producer {
         }
     }
 
+    /// Returns whether the producer was not started, or the values in use are those of the objects. They are not if a bit has flipped.
+    pub fn agrees(&self, objects: &SyncObjects) -> bool {
+        let config = objects.config();
+        !self.running || (self.config == config && self.timer.period() == config.period)
+    }
+
+    /// Takes the values of the objects again. The next SYNC is due a period from `now`.
+    pub fn restore(&mut self, objects: &SyncObjects, now: Instant) {
+        self.config = objects.config();
+        self.timer = Periodic::new(self.config.period);
+        if self.running {
+            self.timer.restart(now);
+        }
+    }
+
     /// Takes the new value of an object that was written, if the producer depends on it.
     pub fn follow(&mut self, at: Address, objects: &SyncObjects, now: Instant) {
         if matches!(at.index, COB_ID | CYCLE_PERIOD | OVERFLOW) {
@@ -124,5 +139,34 @@ impl Producer {
     /// periods ago.
     pub fn is_on_schedule(&self, now: Instant) -> bool {
         !self.running || self.timer.is_on_schedule(now)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Given a producer of which any bit of a period flips, then it differs from its objects, and sends SYNC at their period once it
+    /// has taken them again.
+    #[test]
+    fn flipped_bit_of_a_period_is_found() {
+        let objects = SyncObjects { cob_id: 0x4000_0080, cycle_period: 100_000, ..SyncObjects::default() };
+        for bit in 0..64 {
+            for is_timer in [false, true] {
+                let mut producer = Producer::with(objects.config());
+                producer.start(Instant::ZERO);
+                assert!(producer.agrees(&objects));
+                let flipped = Duration::from_micros(100_000 ^ 1 << bit);
+                if is_timer {
+                    producer.timer = Periodic::new(flipped);
+                } else {
+                    producer.config.period = flipped;
+                }
+                assert!(!producer.agrees(&objects), "bit {bit}");
+                producer.restore(&objects, Instant::ZERO);
+                assert!(producer.agrees(&objects));
+                assert_eq!(producer.deadline(), Some(Instant::from_micros(100_000)), "bit {bit}");
+            }
+        }
     }
 }

@@ -254,11 +254,16 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             self.services.report_flipped();
         }
         self.services.refresh_derived(self.redundancy.state(), turn.now);
+        self.redundancy.no_sooner().peers_mut().set_times(self.services.objects().consumers.entries());
         if self.services.compare_cob_ids(turn.now) {
             self.follow(Address::new(SYNC_COB_ID, 0), turn.now);
-            self.follow_consumers();
             // A bus may have taken a filter from the object that was wrong.
             self.note_filters();
+        }
+        if !self.sync.agrees(&self.services.objects().communication.sync) {
+            let sync = self.sync.change(self.services.wakes_mut());
+            sync.restore(&self.services.objects().communication.sync, turn.now);
+            self.services.report_flipped();
         }
         self.services.report_upsets();
     }

@@ -287,7 +287,10 @@ fn a_newcomer_is_silent_after_its_boot_up_message() {
         bench.receive(Bus::Nominal, &frame, 1);
         let clash = Action::Raise { code: ErrorCode::CAN_ID_COLLISION, source: 5 };
         assert_eq!(bench.poll(1), [Action::Clash { bus: Bus::Nominal, yields: true }, clash], "{state:?}");
-        assert_eq!(bench.control.poll(bench.control.deadline().unwrap()), Some(heartbeat::encode(ID, NmtState::Initialising)));
+        assert_eq!(
+            bench.control.poll(bench.control.deadline().unwrap()),
+            Some(heartbeat::encode(ID, NmtState::Initialising))
+        );
         bench.control.on_sent(&heartbeat::encode(ID, NmtState::Initialising));
         bench.slave.on_sent(&heartbeat::encode(ID, NmtState::Initialising), ms(51), ID);
         assert_eq!(bench.slave.deadline(), Some(Instant::ZERO));
