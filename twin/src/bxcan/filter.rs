@@ -123,6 +123,15 @@ impl FilterBlock {
         !self.initialising() && self.open_since <= start
     }
 
+    /// Forgets the banks that are not active.
+    pub fn forget_inactive(&mut self) {
+        for (n, bank) in self.banks.iter_mut().enumerate() {
+            if self.fa1r >> n & 1 == 0 {
+                *bank = [0; 2];
+            }
+        }
+    }
+
     /// Returns FINIT: no reception on either controller.
     pub fn initialising(&self) -> bool {
         self.fmr & FMR_FINIT != 0

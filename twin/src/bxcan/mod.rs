@@ -61,6 +61,9 @@ pub enum Side {
     Can2,
 }
 
+/// Offsets of the registers of the filters from 4000 6400h.
+pub(crate) const FILTERS: std::ops::Range<u32> = FMR..regs::BANKS_END;
+
 impl Side {
     /// Returns the other controller.
     pub const fn other(self) -> Side {
@@ -190,6 +193,19 @@ impl BxcanPair {
             filters: FilterBlock::default(),
             stuck: Vec::new(),
         }
+    }
+
+    /// Forgets the statistics of both controllers.
+    pub(crate) fn forget_statistics(&mut self) {
+        for controller in &mut self.controllers {
+            controller.stats = Stats::default();
+            controller.mailboxes.forget_statistics();
+        }
+    }
+
+    /// Forgets the registers of filter banks that are not active.
+    pub(crate) fn forget_inactive_filters(&mut self) {
+        self.filters.forget_inactive();
     }
 
     /// Makes bits of a register stuck, permanently.

@@ -151,11 +151,11 @@ fn copies_are_equal_until_a_bit_flips() {
         craft.take_logs();
         craft.take_frames();
     }
-    assert!(copy.continues_as(&craft));
+    assert!(copy.continues_as(&craft, &[]));
     copy.board_mut(BoardId(0)).flip_memory(RAM + 0x2000, 3).unwrap();
-    assert!(!copy.continues_as(&craft));
+    assert!(!copy.continues_as(&craft, &[]));
     copy.board_mut(BoardId(0)).flip_memory(RAM + 0x2000, 3).unwrap();
-    assert!(copy.continues_as(&craft));
+    assert!(copy.continues_as(&craft, &[]));
 }
 
 /// Given a running board, then each bit of its registers flips, or is refused for a reason of the part.
