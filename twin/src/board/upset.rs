@@ -85,6 +85,7 @@ impl EmulatedBoard {
     /// Records the first use of each byte of RAM from now on, and which registers are used.
     pub fn watch_memory(&mut self) {
         self.core.take_fpu_use();
+        self.chip.peripherals.can.take_active_filters();
         self.uses = Some(Box::new(Uses::new(&self.chip)));
     }
 
@@ -99,6 +100,10 @@ impl EmulatedBoard {
     /// Ends the recording that [`EmulatedBoard::watch_memory`] began, and returns its uses. Returns `None` if there is no recording.
     pub fn take_uses(&mut self) -> Option<Uses> {
         self.note_fpu();
+        let filters = self.chip.peripherals.can.take_active_filters();
+        if let Some(uses) = &mut self.uses {
+            uses.note_filters(filters);
+        }
         self.uses.take().map(|uses| *uses)
     }
 }

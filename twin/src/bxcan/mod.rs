@@ -61,8 +61,8 @@ pub enum Side {
     Can2,
 }
 
-/// Offsets of the registers of the filters from 4000 6400h.
-pub(crate) const FILTERS: std::ops::Range<u32> = FMR..regs::BANKS_END;
+/// Offset of the registers of the first filter bank from 4000 6400h. Each bank has two words.
+pub(crate) const BANKS: u32 = regs::BANKS;
 
 impl Side {
     /// Returns the other controller.
@@ -203,9 +203,14 @@ impl BxcanPair {
         }
     }
 
-    /// Forgets the registers of filter banks that are not active.
-    pub(crate) fn forget_inactive_filters(&mut self) {
-        self.filters.forget_inactive();
+    /// Forgets the registers of filter banks that are not active and for which `is_forgotten` returns true.
+    pub(crate) fn forget_inactive_filters(&mut self, is_forgotten: impl Fn(u32) -> bool) {
+        self.filters.forget_inactive(is_forgotten);
+    }
+
+    /// Returns the filter banks that were active since the last call.
+    pub(crate) fn take_active_filters(&mut self) -> u32 {
+        self.filters.take_active()
     }
 
     /// Makes bits of a register stuck, permanently.
@@ -217,7 +222,7 @@ impl BxcanPair {
     pub fn reset(&mut self, side: Side) {
         self.controllers[side as usize].reset();
         if side == Side::Can1 {
-            self.filters = FilterBlock::default();
+            self.filters.reset();
         }
     }
 

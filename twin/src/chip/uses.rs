@@ -20,8 +20,8 @@ pub enum Use {
     Written,
 }
 
-/// Uses in a span of time: the first ones of RAM and CCM, accesses to peripherals, and whether the FPU was used. Stores of DMA to RAM are
-/// not recorded.
+/// Uses in a span of time: the first ones of RAM and CCM, accesses to peripherals, active filters of CAN, and whether the FPU was used.
+/// Stores of DMA to RAM are not recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Uses {
     ram: Vec<Use>,
@@ -29,6 +29,8 @@ pub struct Uses {
     /// Words of peripherals that the core or DMA accessed.
     registers: BTreeSet<u32>,
     uses_fpu: bool,
+    /// A bit for each filter bank of CAN that was active.
+    active_filters: u32,
 }
 
 impl Uses {
@@ -40,6 +42,7 @@ impl Uses {
             ccm: none(part.ccm_bytes()),
             registers: BTreeSet::new(),
             uses_fpu: false,
+            active_filters: 0,
         }
     }
 
@@ -67,6 +70,16 @@ impl Uses {
     /// Notes whether the core used the FPU.
     pub(crate) fn note_fpu(&mut self, uses_fpu: bool) {
         self.uses_fpu |= uses_fpu;
+    }
+
+    /// Notes the filter banks of CAN that were active.
+    pub(crate) fn note_filters(&mut self, active: u32) {
+        self.active_filters |= active;
+    }
+
+    /// Returns whether this filter bank of CAN was active.
+    pub(crate) fn activates(&self, bank: u32) -> bool {
+        self.active_filters >> bank & 1 == 1
     }
 
     /// Returns whether the core used the FPU, or stacked its registers.
@@ -101,6 +114,7 @@ impl Uses {
         }
         self.registers.extend(&later.registers);
         self.uses_fpu |= later.uses_fpu;
+        self.active_filters |= later.active_filters;
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::dma::{FIRST_STREAM, STREAM_LEN};
 use super::{Dma, Gpio, Peripherals};
-use crate::bxcan::FILTERS;
+use crate::bxcan::BANKS;
 use crate::chip::Uses;
 
 /// Registers of a port that are stored without effect: OTYPER, OSPEEDR and LCKR, as indices of words.
@@ -30,6 +30,7 @@ impl Peripherals {
         copy.timers.catch_up(cycle);
         copy.pin_changes.clear();
         copy.can.forget_statistics();
+        copy.can.take_active_filters();
         let Some(later) = later else { return copy };
         for (port, base) in copy.gpio.iter_mut().zip((PORTS..).step_by(BLOCK as usize)) {
             port.forget(|word| !later.touches(base + 4 * word..base + 4 * word + 4));
@@ -37,9 +38,10 @@ impl Peripherals {
         for (dma, base) in copy.dma.iter_mut().zip((DMA..).step_by(BLOCK as usize)) {
             dma.forget(|registers| !later.touches(base + registers..base + registers + STREAM_LEN));
         }
-        if !later.touches(CAN + FILTERS.start..CAN + FILTERS.end) {
-            copy.can.forget_inactive_filters();
-        }
+        copy.can.forget_inactive_filters(|bank| {
+            let registers = CAN + BANKS + 8 * bank;
+            !later.activates(bank) && !later.touches(registers..registers + 8)
+        });
         copy
     }
 }
