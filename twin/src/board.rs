@@ -32,7 +32,7 @@ use spin::Spin;
 
 pub use crate::accelerator::FlashTiming;
 use crate::bxcan::{BadAccess, IrqLines, Side, Stats};
-use crate::chip::Chip;
+use crate::chip::{Chip, WatchedRam};
 pub use crate::chip::{Use, Uses};
 use crate::cpu::{Config, Core};
 pub use crate::cpu::{CoreRegister, Registers, StateRegister};
@@ -294,7 +294,9 @@ impl EmulatedBoard {
             if self.chip.peripherals.capture_edge(side, cycle, level) && powered {
                 is_noticed = true;
                 // DMA moves a capture before the next one.
-                self.chip.peripherals.transfer(now, &mut self.chip.memory);
+                let uses = self.uses.as_deref_mut();
+                let mut ram = WatchedRam { memory: &mut self.chip.memory, uses };
+                self.chip.peripherals.transfer(now, &mut ram);
             }
         }
         if is_noticed {

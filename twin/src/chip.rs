@@ -8,8 +8,8 @@
 mod tolerance;
 mod uses;
 
-pub(crate) use uses::Watching;
 pub use uses::{Use, Uses};
+pub(crate) use uses::{WatchedRam, Watching};
 
 use crate::accelerator::{Accelerator, FlashTiming, LINE, Purpose};
 use crate::clock::BoardClock;

@@ -22,7 +22,7 @@ pub struct NotMemory(
 );
 
 /// Memories of one chip. Copies share their flash until one of them changes it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct Memory {
     flash: Arc<Vec<u8>>,
     ram: Box<[u8]>,
@@ -108,6 +108,18 @@ impl Memory {
         Some(())
     }
 
+    /// Returns whether flash is equal to that of another chip, and each byte of RAM and CCM for which `counts` is true.
+    pub fn continues_as(&self, other: &Memory, counts: impl Fn(u32) -> bool) -> bool {
+        let is_equal = |here: &[u8], there: &[u8], base: u32| {
+            let differs = |(_, (here, there)): &(u32, (&u8, &u8))| here != there;
+            here.len() == there.len()
+                && (base..).zip(here.iter().zip(there)).filter(differs).all(|(address, _)| !counts(address))
+        };
+        (Arc::ptr_eq(&self.flash, &other.flash) || self.flash == other.flash)
+            && is_equal(&self.ram, &other.ram, RAM_BASE)
+            && is_equal(&self.ccm, &other.ccm, CCM_BASE)
+    }
+
     /// Copies from flash, RAM or CCM.
     ///
     /// # Errors
@@ -174,7 +186,7 @@ pub(crate) fn load(memory: &[u8], offset: usize, width: Width) -> Option<u32> {
 /// The memory ports of the DMA controllers. DMA does not reach CCM, which is connected only to the data bus of the core
 /// (RM0090 2.3.1).
 impl Ram for Memory {
-    fn load(&self, address: u32, bytes: &mut [u8]) -> bool {
+    fn load(&mut self, address: u32, bytes: &mut [u8]) -> bool {
         !matches!(self.place(address), Some(Place::Ccm(_))) && self.copy_out(address, bytes).is_ok()
     }
 
@@ -230,8 +242,8 @@ mod tests {
     fn dma_does_not_reach_ccm_and_does_not_store_to_flash() {
         let mut memory = memory();
         let (flash, ram) = (FLASH_BASE, RAM_BASE);
-        assert!(Ram::load(&memory, flash, &mut [0]) && Ram::load(&memory, ram, &mut [0]));
-        assert!(!Ram::load(&memory, CCM_BASE, &mut [0]));
+        assert!(Ram::load(&mut memory, flash, &mut [0]) && Ram::load(&mut memory, ram, &mut [0]));
+        assert!(!Ram::load(&mut memory, CCM_BASE, &mut [0]));
         assert!(Ram::store(&mut memory, ram, &[0]));
         assert!(!Ram::store(&mut memory, flash, &[0]) && !Ram::store(&mut memory, CCM_BASE, &[0]));
     }

@@ -2,6 +2,7 @@
 //! is read as lines of text.
 
 use std::fmt;
+use std::ops::Range;
 
 use defmt_decoder::DecodeError;
 
@@ -48,6 +49,8 @@ const BUFFER: u32 = 28;
 const WRITE: u32 = 36;
 const READ: u32 = 40;
 const FLAGS: u32 = 44;
+/// Bytes of the control block up to the end of up channel 0.
+const CONTROL_BLOCK: u32 = 48;
 /// The program waits for room in its buffer.
 const BLOCK_IF_FULL: u32 = 2;
 /// rzcobs ends every frame with this byte.
@@ -72,6 +75,11 @@ impl Rtt {
         let control_block = image.symbol("_SEGGER_RTT").filter(|_| image.log_table().is_ok());
         let is_text = matches!(image.log_table(), Ok(None));
         Rtt { control_block: control_block.map(|symbol| symbol.address), is_text, ..Rtt::default() }
+    }
+
+    /// Returns the addresses of the control block that a probe reads.
+    pub(crate) fn control_block(&self) -> Range<u32> {
+        self.control_block.filter(|_| !self.pulled).map_or(0..0, |block| block..block + CONTROL_BLOCK)
     }
 
     /// Handles a restart of the program: an incomplete frame will not be completed.

@@ -7,7 +7,7 @@
 //! A controller's mode handshakes and aborts settle at the end of a quantum, so a flight is reproducible for one length
 //! of the quantum; another length shifts events after a handshake by some microseconds.
 
-use crate::board::{AccessError, BoardConfig, EmulatedBoard};
+use crate::board::{AccessError, BoardConfig, EmulatedBoard, Uses};
 use crate::bxcan::Side;
 use crate::guest::{Guest, GuestEvent, Presence};
 use crate::pin::Pin;
@@ -363,14 +363,18 @@ impl Spacecraft {
         }
     }
 
-    /// Returns whether another copy of this spacecraft continues exactly alike. `false` may also mean that the states differ in a way
-    /// that has no effect, such as a counter of the wire. Records and logs have to be taken before.
-    pub fn continues_as(&self, other: &Spacecraft) -> bool {
-        let surroundings =
-            |craft: &Spacecraft| format!("{:?}", (&craft.wires, &craft.ports, &craft.guests, &craft.events));
+    /// Returns whether this copy of a spacecraft continues exactly as another one. `later`: uses of the boards of the other copy from now
+    /// to the end of the time in question; boards without uses are compared as a whole ([`EmulatedBoard::continues_as`]). Records and
+    /// logs have to be taken before.
+    pub fn continues_as(&self, other: &Spacecraft, later: &[Uses]) -> bool {
+        let surroundings = |craft: &Spacecraft| {
+            let wires = craft.wires.each_ref().map(Wire::without_totals);
+            format!("{:?}", (wires, &craft.ports, &craft.guests, &craft.events))
+        };
+        let mut boards = self.boards.iter().zip(&other.boards).enumerate();
         self.now == other.now
             && self.boards.len() == other.boards.len()
-            && self.boards.iter().zip(&other.boards).all(|(board, other)| board.continues_as(other))
+            && boards.all(|(n, (board, other))| board.continues_as(other, later.get(n)))
             && surroundings(self) == surroundings(other)
     }
 

@@ -42,6 +42,21 @@ impl<const N: usize> Cache<N> {
         }
     }
 
+    /// Returns whether another cache holds the same lines with the same order of uses, in whatever places.
+    pub fn continues_as(&self, other: &Cache<N>) -> bool {
+        self.in_order().eq(other.in_order())
+    }
+
+    /// Returns lines and their outdated content, the most recently used one first.
+    fn in_order(&self) -> impl Iterator<Item = (Option<u32>, Option<[u8; LINE as usize]>)> + '_ {
+        let mut at = self.newest;
+        (0..N).map(move |_| {
+            let Place { line, old, next, .. } = self.places[usize::from(at)];
+            at = next;
+            (line, old)
+        })
+    }
+
     pub fn flash_lines(&self) -> u32 {
         self.place_of.len() as u32
     }

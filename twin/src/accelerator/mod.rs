@@ -114,6 +114,12 @@ impl Accelerator {
         self.is_stale
     }
 
+    /// Returns whether another accelerator answers equally from `cycle` on.
+    pub fn continues_as(&self, other: &Accelerator, cycle: u64) -> bool {
+        (self.timing, self.waits, self.is_stale) == (other.timing, other.waits, other.is_stale)
+            && self.lines.continues_as(&other.lines, cycle)
+    }
+
     /// Returns the wait cycles of the core since the last call.
     #[inline]
     pub fn take_waits(&mut self) -> u32 {
@@ -180,6 +186,17 @@ impl Lines {
         }
         // The next access is looked up with the new settings.
         (self.current, self.ahead) = (NO_LINE, (NO_LINE, 0));
+    }
+
+    /// An instant that has passed is as good as the present.
+    fn continues_as(&self, other: &Lines, cycle: u64) -> bool {
+        let timing = |lines: &Lines| {
+            let (ahead, ready) = lines.ahead;
+            (lines.acr, lines.current, ahead, ready.max(cycle), lines.next.max(cycle))
+        };
+        timing(self) == timing(other)
+            && self.instructions.continues_as(&other.instructions)
+            && self.data.continues_as(&other.data)
     }
 
     fn is_on(&self, bit: u32) -> bool {

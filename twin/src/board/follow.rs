@@ -1,6 +1,7 @@
 //! Updates a board from its peripherals: clock tree, interrupt lines, next event, log.
 
 use super::{Edge, EmulatedBoard};
+use crate::chip::WatchedRam;
 use crate::peripherals::{IrqLevels, ResetCause};
 use crate::wire::time::Time;
 
@@ -43,7 +44,8 @@ impl EmulatedBoard {
         let now = chip.clock.now();
         // Repeats: timers raise requests, requests move data, moved data changes flags.
         let mut levels = chip.peripherals.irq_levels(now);
-        if chip.peripherals.transfer(now, &mut chip.memory) {
+        let mut ram = WatchedRam { memory: &mut chip.memory, uses: self.uses.as_deref_mut() };
+        if chip.peripherals.transfer(now, &mut ram) {
             levels = chip.peripherals.irq_levels(now);
         }
         self.can_lines = chip.peripherals.can.irqs();

@@ -43,6 +43,7 @@ impl EmulatedBoard {
     /// Restores power: flash has kept its content, RAM has not.
     fn restore(&mut self, cause: ResetCause) {
         self.chip.memory.lose_power();
+        self.note_fpu();
         let code = self.core.code();
         self.core = Core::new(Config::stm32f4(self.config.model.part.flash_bytes()));
         self.core.share(&code);

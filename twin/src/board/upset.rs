@@ -82,13 +82,28 @@ impl EmulatedBoard {
         self.asleep = false;
     }
 
-    /// Records the first use of each byte of RAM from now on.
+    /// Records the first use of each byte of RAM from now on, and which registers are used.
     pub fn watch_memory(&mut self) {
+        self.core.take_fpu_use();
+        self.chip.peripherals.can.take_active_filters();
         self.uses = Some(Box::new(Uses::new(&self.chip)));
+    }
+
+    /// Notes the use of the FPU in a recording of uses.
+    pub(super) fn note_fpu(&mut self) {
+        let uses_fpu = self.core.take_fpu_use();
+        if let Some(uses) = &mut self.uses {
+            uses.note_fpu(uses_fpu);
+        }
     }
 
     /// Ends the recording that [`EmulatedBoard::watch_memory`] began, and returns its uses. Returns `None` if there is no recording.
     pub fn take_uses(&mut self) -> Option<Uses> {
+        self.note_fpu();
+        let filters = self.chip.peripherals.can.take_active_filters();
+        if let Some(uses) = &mut self.uses {
+            uses.note_filters(filters);
+        }
         self.uses.take().map(|uses| *uses)
     }
 }

@@ -48,6 +48,8 @@ pub struct FilterBlock {
     /// Bit set: bank active.
     pub(super) fa1r: u32,
     pub(super) banks: [[u32; 2]; BANK_COUNT],
+    /// Bit set: the bank was active since this was taken.
+    was_active: u32,
     /// Instant at which FINIT was last cleared.
     open_since: Time,
 }
@@ -62,6 +64,7 @@ impl Default for FilterBlock {
             ffa1r: 0,
             fa1r: 0,
             banks: [[0; 2]; BANK_COUNT],
+            was_active: 0,
             open_since: Time::ZERO,
         }
     }
@@ -99,6 +102,7 @@ impl FilterBlock {
             }
             FA1R => {
                 self.fa1r = value & BANK_BITS;
+                self.was_active |= self.fa1r;
                 return Some(true);
             }
             FM1R | FS1R | FFA1R if !finit => return Some(false),
@@ -121,6 +125,25 @@ impl FilterBlock {
     /// happens to a frame during which it is cleared. In this model the frame is lost, the worst case for a program.
     pub fn admit_from(&self, start: Time) -> bool {
         !self.initialising() && self.open_since <= start
+    }
+
+    /// A reset: only the banks that were active are kept in mind.
+    pub fn reset(&mut self) {
+        *self = FilterBlock { was_active: self.was_active, ..FilterBlock::default() };
+    }
+
+    /// Returns the banks that were active since the last call.
+    pub fn take_active(&mut self) -> u32 {
+        std::mem::replace(&mut self.was_active, self.fa1r) | self.fa1r
+    }
+
+    /// Forgets the banks that are not active and for which `is_forgotten` returns true.
+    pub fn forget_inactive(&mut self, is_forgotten: impl Fn(u32) -> bool) {
+        for (n, bank) in (0..).zip(&mut self.banks) {
+            if self.fa1r >> n & 1 == 0 && is_forgotten(n) {
+                *bank = [0; 2];
+            }
+        }
     }
 
     /// Returns FINIT: no reception on either controller.

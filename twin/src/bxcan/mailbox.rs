@@ -113,6 +113,14 @@ pub struct Mailboxes {
 }
 
 impl Mailboxes {
+    /// Forgets aborted requests, and the number of requests while none waits: only their order counts.
+    pub fn forget_statistics(&mut self) {
+        self.aborted.clear();
+        if self.boxes.iter().all(|mailbox| mailbox.request.is_none()) {
+            self.requests = 0;
+        }
+    }
+
     /// TSR; `by_request_order` is TXFP.
     pub fn tsr(&self, by_request_order: bool) -> u32 {
         let mut value = 0;

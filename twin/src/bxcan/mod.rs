@@ -61,6 +61,9 @@ pub enum Side {
     Can2,
 }
 
+/// Offset of the registers of the first filter bank from 4000 6400h. Each bank has two words.
+pub(crate) const BANKS: u32 = regs::BANKS;
+
 impl Side {
     /// Returns the other controller.
     pub const fn other(self) -> Side {
@@ -192,6 +195,24 @@ impl BxcanPair {
         }
     }
 
+    /// Forgets the statistics of both controllers.
+    pub(crate) fn forget_statistics(&mut self) {
+        for controller in &mut self.controllers {
+            controller.stats = Stats::default();
+            controller.mailboxes.forget_statistics();
+        }
+    }
+
+    /// Forgets the registers of filter banks that are not active and for which `is_forgotten` returns true.
+    pub(crate) fn forget_inactive_filters(&mut self, is_forgotten: impl Fn(u32) -> bool) {
+        self.filters.forget_inactive(is_forgotten);
+    }
+
+    /// Returns the filter banks that were active since the last call.
+    pub(crate) fn take_active_filters(&mut self) -> u32 {
+        self.filters.take_active()
+    }
+
     /// Makes bits of a register stuck, permanently.
     pub fn stick(&mut self, bits: StuckBits) {
         self.stuck.push(bits);
@@ -201,7 +222,7 @@ impl BxcanPair {
     pub fn reset(&mut self, side: Side) {
         self.controllers[side as usize].reset();
         if side == Side::Can1 {
-            self.filters = FilterBlock::default();
+            self.filters.reset();
         }
     }
 

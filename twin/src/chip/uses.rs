@@ -1,9 +1,12 @@
-//! First use of each byte of RAM by the core: whether it is read before it is written.
+//! Uses of RAM, registers and FPU: above all, whether the core reads a byte before it writes it.
+
+use std::collections::BTreeSet;
 
 use super::Chip;
 use crate::cpu::{Bus, BusError};
-use crate::memory::Place;
+use crate::memory::{Memory, Place};
 use crate::mmio::Width;
+use crate::peripherals::Ram;
 
 /// First use of a byte.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -11,24 +14,36 @@ pub enum Use {
     /// The core did not access it.
     #[default]
     None,
-    /// The core read it, and may have written it later.
+    /// The core or DMA read it, and may have written it later.
     Read,
     /// The core wrote it, and may have read it later.
     Written,
 }
 
-/// First uses of RAM and CCM in a span of time. Accesses by DMA are not recorded.
+/// Uses in a span of time: the first ones of RAM and CCM, accesses to peripherals, active filters of CAN, and whether the FPU was used.
+/// Stores of DMA to RAM are not recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Uses {
     ram: Vec<Use>,
     ccm: Vec<Use>,
+    /// Words of peripherals that the core or DMA accessed.
+    registers: BTreeSet<u32>,
+    uses_fpu: bool,
+    /// A bit for each filter bank of CAN that was active.
+    active_filters: u32,
 }
 
 impl Uses {
     pub(crate) fn new(chip: &Chip) -> Uses {
         let part = chip.peripherals.part;
         let none = |bytes: u32| vec![Use::None; bytes as usize];
-        Uses { ram: none(part.ram_bytes()), ccm: none(part.ccm_bytes()) }
+        Uses {
+            ram: none(part.ram_bytes()),
+            ccm: none(part.ccm_bytes()),
+            registers: BTreeSet::new(),
+            uses_fpu: false,
+            active_filters: 0,
+        }
     }
 
     fn bytes(&mut self, place: Option<Place>, width: Width) -> Option<&mut [Use]> {
@@ -38,6 +53,43 @@ impl Uses {
             Place::Flash(_) => return None,
         };
         memory.get_mut(offset..offset + width.bytes() as usize)
+    }
+
+    /// Notes an access of the core.
+    fn note_access(&mut self, place: Option<Place>, address: u32, width: Width, first: Use) {
+        match place {
+            None => self.note_register(address),
+            place => self.note(place, width, first),
+        }
+    }
+
+    fn note_register(&mut self, address: u32) {
+        self.registers.insert(address & !3);
+    }
+
+    /// Notes whether the core used the FPU.
+    pub(crate) fn note_fpu(&mut self, uses_fpu: bool) {
+        self.uses_fpu |= uses_fpu;
+    }
+
+    /// Notes the filter banks of CAN that were active.
+    pub(crate) fn note_filters(&mut self, active: u32) {
+        self.active_filters |= active;
+    }
+
+    /// Returns whether this filter bank of CAN was active.
+    pub(crate) fn activates(&self, bank: u32) -> bool {
+        self.active_filters >> bank & 1 == 1
+    }
+
+    /// Returns whether the core used the FPU, or stacked its registers.
+    pub(crate) fn uses_fpu(&self) -> bool {
+        self.uses_fpu
+    }
+
+    /// Returns whether the core or DMA accessed one of these words of peripherals.
+    pub(crate) fn touches(&self, addresses: std::ops::Range<u32>) -> bool {
+        self.registers.range(addresses).next().is_some()
     }
 
     fn note(&mut self, place: Option<Place>, width: Width, first: Use) {
@@ -60,6 +112,9 @@ impl Uses {
         for (first, later) in all.filter(|(first, _)| **first == Use::None) {
             *first = *later;
         }
+        self.registers.extend(&later.registers);
+        self.uses_fpu |= later.uses_fpu;
+        self.active_filters |= later.active_filters;
     }
 }
 
@@ -88,7 +143,7 @@ impl Bus for Watching<'_> {
     }
 
     fn load(&mut self, address: u32, width: Width) -> Result<u32, BusError> {
-        self.uses.note(self.chip.memory.place(address), width, Use::Read);
+        self.uses.note_access(self.chip.memory.place(address), address, width, Use::Read);
         self.chip.load(address, width)
     }
 
@@ -98,7 +153,7 @@ impl Bus for Watching<'_> {
     }
 
     fn store(&mut self, address: u32, width: Width, value: u32) -> Result<(), BusError> {
-        self.uses.note(self.chip.memory.place(address), width, Use::Written);
+        self.uses.note_access(self.chip.memory.place(address), address, width, Use::Written);
         self.chip.store(address, width, value)
     }
 
@@ -108,5 +163,32 @@ impl Bus for Watching<'_> {
 
     fn yields(&self) -> bool {
         self.chip.yields()
+    }
+}
+
+/// Memory for DMA whose uses are recorded.
+pub(crate) struct WatchedRam<'a> {
+    pub memory: &'a mut Memory,
+    pub uses: Option<&'a mut Uses>,
+}
+
+impl Ram for WatchedRam<'_> {
+    fn load(&mut self, address: u32, bytes: &mut [u8]) -> bool {
+        if let Some(uses) = &mut self.uses {
+            for address in (address..).take(bytes.len()) {
+                uses.note(self.memory.place(address), Width::Byte, Use::Read);
+            }
+        }
+        Ram::load(self.memory, address, bytes)
+    }
+
+    fn store(&mut self, address: u32, bytes: &[u8]) -> bool {
+        Ram::store(self.memory, address, bytes)
+    }
+
+    fn moves(&mut self, register: u32) {
+        if let Some(uses) = &mut self.uses {
+            uses.note_register(register);
+        }
     }
 }

@@ -214,7 +214,7 @@ impl Core {
     pub fn reset(&mut self) {
         self.control = Control::default();
         self.masks = Masks::default();
-        self.fpu = Fpu { s: self.fpu.s, ..Fpu::default() };
+        self.fpu = Fpu { s: self.fpu.s, is_used: self.fpu.is_used, ..Fpu::default() };
         self.exclusive = false;
         self.event = false;
         self.sleep = Sleep::Awake;
@@ -431,6 +431,26 @@ impl Core {
         } else {
             u32::from(first)
         }
+    }
+
+    /// Returns whether the FPU was used since the last call.
+    pub fn take_fpu_use(&mut self) -> bool {
+        std::mem::take(&mut self.fpu.is_used)
+    }
+
+    /// Returns whether another core continues exactly alike from `cycle` on, until which both sleep or have run. Without `uses_fpu` it
+    /// does not use the FPU, and S0 to S31 do not count.
+    pub fn continues_as(&self, other: &Core, cycle: u64, uses_fpu: bool) -> bool {
+        let state = |core: &Core| {
+            let mut core = core.clone();
+            core.advance_to(cycle);
+            core.fpu.is_used = false;
+            if !uses_fpu {
+                core.fpu.s = [0; 32];
+            }
+            core
+        };
+        state(self) == state(other)
     }
 
     /// Code in a range of addresses has changed or may have: drops what was decoded there.

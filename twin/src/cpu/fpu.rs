@@ -25,11 +25,13 @@ pub struct Fpu {
     pub fpccr: u32,
     pub fpcar: u32,
     pub fpdscr: u32,
+    /// An instruction or exception used the registers since this was taken.
+    pub is_used: bool,
 }
 
 impl Default for Fpu {
     fn default() -> Self {
-        Fpu { s: [0; 32], fpscr: 0, fpccr: ASPEN | LSPEN, fpcar: 0, fpdscr: 0 }
+        Fpu { s: [0; 32], fpscr: 0, fpccr: ASPEN | LSPEN, fpcar: 0, fpdscr: 0, is_used: false }
     }
 }
 

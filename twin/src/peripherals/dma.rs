@@ -72,6 +72,13 @@ impl Stream {
     const RESET: Stream =
         Stream { cr: 0, ndtr: 0, par: 0, m0ar: 0, m1ar: 0, fcr: 0x01, flags: 0, reload: 0, done: 0 };
 
+    /// Forgets the registers of a stream that is off and has no flags: they have no effect.
+    pub(super) fn forget(&mut self) {
+        if !self.is_enabled() && self.flags == 0 {
+            *self = Stream::RESET;
+        }
+    }
+
     fn is_enabled(&self) -> bool {
         self.cr & EN != 0
     }

@@ -18,6 +18,7 @@ mod pins;
 mod rcc;
 mod requests;
 mod resets;
+mod same;
 mod sleep;
 mod system;
 #[cfg(test)]

@@ -10,10 +10,15 @@ use crate::mmio::{Now, Width};
 /// Memory that DMA reaches.
 pub trait Ram {
     /// Copies from memory; `false` when there is none at this address.
-    fn load(&self, address: u32, bytes: &mut [u8]) -> bool;
+    fn load(&mut self, address: u32, bytes: &mut [u8]) -> bool;
 
     /// Copies into memory; `false` when there is none at this address.
     fn store(&mut self, address: u32, bytes: &[u8]) -> bool;
+
+    /// Notes that DMA accesses the register of a peripheral at this address.
+    fn moves(&mut self, register: u32) {
+        let _ = register;
+    }
 }
 
 /// Source of a DMA request: a timer with a set of channels, or an interface with its number.
@@ -92,6 +97,7 @@ impl Peripherals {
         let width = [Width::Byte, Width::Half, Width::Word][bytes.ilog2() as usize];
         let mut word = [0; 4];
         let item = &mut word[..bytes as usize];
+        ram.moves(peripheral);
         let moved = if from_memory {
             ram.load(memory, item) && self.write(now, peripheral, width, u32::from_le_bytes(word)).is_ok()
         } else {

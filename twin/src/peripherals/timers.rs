@@ -99,6 +99,13 @@ impl Timers {
         self.touched >> n & 1 == 1
     }
 
+    /// Simulates the timers in use until `cycle`.
+    pub fn catch_up(&mut self, cycle: u64) {
+        for n in self.touched() {
+            self.all[n].catch_up(cycle);
+        }
+    }
+
     /// A reset of the whole part.
     pub fn reset(&mut self) {
         self.all.iter_mut().for_each(Timer::reset);

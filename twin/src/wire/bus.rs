@@ -283,6 +283,11 @@ impl Wire {
         self.waveform.take()
     }
 
+    /// Returns a copy without records and totals.
+    pub(crate) fn without_totals(&self) -> Wire {
+        Wire { observed: Observed::default(), ..self.clone() }
+    }
+
     /// Totals since the start.
     pub fn counters(&self) -> Counters {
         Counters { busy: self.observed.busy.nearest(), ..self.observed.counters }

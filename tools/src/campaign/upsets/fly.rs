@@ -8,6 +8,7 @@ use can_twin::wire::time::Time;
 use super::outcome::{Case, Outcome, PROBED_US, View, unhealthy};
 use super::place::{Place, Target, Upset};
 use super::places;
+use super::record::Record;
 use super::world::{Flight, JUDGED_US, RESET_US, Reference, World};
 
 /// Result of an upset.
@@ -71,14 +72,20 @@ fn fly_and_judge(
 ) -> Result<(Outcome, Vec<String>), String> {
     strike(upset, flight)?;
     let reference = reference(world, upset);
-    if world.fly_judged(flight)? {
-        // The probe is that of the reference.
-        return Ok(judge(world, upset, flight, JUDGED_US));
+    // The parameter store is compared with a flight with a reset.
+    let ended = if upset.place == Place::Store { None } else { world.fly_judged(flight)? };
+    if let Some(record) = ended {
+        let (outcome, reasons) = judge(world, upset, &record, JUDGED_US);
+        if !outcome.is_bad() {
+            // The probe is that of the reference.
+            return Ok((outcome, reasons));
+        }
     }
-    let (mut outcome, mut reasons) = judge(world, upset, flight, JUDGED_US);
+    flight.fly(Time::from_us(JUDGED_US))?;
+    let (mut outcome, mut reasons) = judge(world, upset, &flight.record, JUDGED_US);
     if outcome.is_bad() && world.late_us() > JUDGED_US {
         flight.fly(Time::from_us(world.late_us()))?;
-        (outcome, reasons) = judge(world, upset, flight, world.late_us());
+        (outcome, reasons) = judge(world, upset, &flight.record, world.late_us());
     }
     if outcome.is_bad() {
         return Ok((outcome, reasons));
@@ -95,9 +102,9 @@ fn reference<'a>(world: &'a World, upset: &Upset) -> &'a Reference {
     if upset.place == Place::Store { world.reset(upset.board) } else { &world.reference }
 }
 
-fn judge(world: &World, upset: &Upset, flight: &Flight, end_us: u64) -> (Outcome, Vec<String>) {
+fn judge(world: &World, upset: &Upset, record: &Record, end_us: u64) -> (Outcome, Vec<String>) {
     let case = Case {
-        run: &flight.record,
+        run: record,
         reference: &reference(world, upset).calm,
         reset: (&world.reset(upset.board).calm, RESET_US),
         node: world.node(upset.board),

@@ -124,6 +124,13 @@ impl Record {
         Record { services: BTreeMap::new(), resets: Vec::new(), clocks: Vec::new(), ..self.clone() }
     }
 
+    /// Returns whether equal flights from here on add the same to both records.
+    pub fn continues_as(&self, other: &Record) -> bool {
+        let executed =
+            |record: &Record| record.counted.iter().map(|(_, executed)| *executed).collect::<Vec<_>>();
+        (self.active, self.sync) == (other.active, other.sync) && executed(self) == executed(other)
+    }
+
     /// Adds what another flight recorded after `from`, when both continue alike from there.
     pub fn continue_as(&mut self, other: &Record, from: Time) {
         let from = from.as_us();

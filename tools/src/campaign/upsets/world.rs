@@ -24,6 +24,7 @@ use super::grid;
 use super::places::Places;
 use super::record::Record;
 use crate::images::support::board::{Board, Profile};
+use crate::images::support::counters::Counters;
 use crate::images::support::fleet::{self, image};
 use crate::images::support::node::{MASTER, SECOND_MASTER};
 
@@ -35,7 +36,10 @@ const INSTANTS: usize = 64;
 /// Instant of upsets in the parameter store, and of the resets that other upsets are compared with.
 pub const RESET_US: u64 = grid::at(grid::STEPS / 2);
 /// Instants at which a flight may have become equal to the reference again, microseconds.
-const COMPARED_US: [u64; 4] = [6_500_000, 8_000_000, 11_000_000, JUDGED_US];
+const COMPARED_US: [u64; 14] = [
+    6_000_000, 6_500_000, 7_000_000, 7_500_000, 8_000_000, 9_000_000, 10_000_000, 11_000_000, 12_000_000,
+    13_000_000, 14_000_000, 15_000_000, 16_500_000, JUDGED_US,
+];
 /// Instant at which all nodes save their parameters.
 const SAVED: Time = Time::from_ms(3_000);
 
@@ -130,6 +134,19 @@ impl Flight {
     }
 }
 
+impl Flight {
+    /// Returns whether this flight continues exactly as the reference, whose boards have these uses later.
+    fn continues_as(&self, reference: &Flight, later: &[Uses]) -> bool {
+        let counters = |flight: &Flight| {
+            let read = |(_, board)| Counters::read(board).ok().flatten();
+            flight.craft.boards().map(read).collect::<Vec<_>>()
+        };
+        self.record.continues_as(&reference.record)
+            && self.craft.continues_as(&reference.craft, later)
+            && counters(self) == counters(reference)
+    }
+}
+
 /// Records of a flight that upsets are compared with.
 #[derive(Default)]
 pub struct Reference {
@@ -168,6 +185,13 @@ pub struct Moment {
     pub registers: Vec<Vec<StateRegister>>,
 }
 
+/// The reference at an instant at which flights may have become equal to it.
+struct Compared {
+    flight: Shared<Flight>,
+    /// Uses of each board from there to the end of the reference.
+    later: Vec<Uses>,
+}
+
 /// A spacecraft with its flights without upset.
 pub struct World {
     plan: Plan,
@@ -182,7 +206,7 @@ pub struct World {
     pub moments: BTreeMap<u64, Moment>,
     /// The flights without upset, from `grid::FIRST_US` on.
     pub reference: Reference,
-    compared: BTreeMap<u64, Shared<Spacecraft>>,
+    compared: BTreeMap<u64, Compared>,
     resets: Vec<OnceLock<Reference>>,
     /// Places in the memories of each board.
     pub places: Vec<Places>,
@@ -222,10 +246,10 @@ impl World {
     /// Flies the reference, and keeps copies at the instants and where flights are compared.
     fn fly_reference(&mut self, instants: Vec<u64>) {
         let mut flight = self.base.copy();
-        let mut parts: Vec<Vec<Uses>> = Vec::new();
+        let mut parts: BTreeMap<u64, Vec<Uses>> = BTreeMap::new();
         for us in instants {
             reach(&mut flight, us);
-            parts.push(take_uses(&mut flight.craft));
+            parts.insert(us, take_uses(&mut flight.craft));
             let registers = flight.craft.boards().map(|(_, board)| board.state_registers()).collect();
             let copy = Flight { record: flight.record.fresh(), ..flight.clone() };
             let stacks = flight.craft.boards().map(|(_, board)| board.registers().r[13]).collect();
@@ -235,17 +259,22 @@ impl World {
         }
         for us in COMPARED_US {
             reach(&mut flight, us);
-            let mut copy = flight.craft.clone();
-            take_uses(&mut copy);
-            self.compared.insert(us, Shared::new(copy));
+            parts.insert(us, take_uses(&mut flight.craft));
+            self.compared.insert(us, Compared { flight: Shared::new(flight.clone()), later: Vec::new() });
+            watch(&mut flight.craft);
         }
         self.reference.calm = self.calm(&flight);
         self.probe(&mut flight).expect("a reference without refused accesses");
         self.reference.probed = flight.record.clone();
         // Later uses count where there were no earlier ones.
         let mut later = take_uses(&mut flight.craft);
-        for (moment, part) in self.moments.values_mut().rev().zip(parts.into_iter().rev()) {
-            moment.uses = later.clone();
+        for (us, part) in parts.into_iter().rev() {
+            if let Some(moment) = self.moments.get_mut(&us) {
+                moment.uses.clone_from(&later);
+            }
+            if let Some(compared) = self.compared.get_mut(&us) {
+                compared.later.clone_from(&later);
+            }
             let joined = part.into_iter().zip(later).map(|(mut part, later)| {
                 part.then(&later);
                 part
@@ -265,21 +294,22 @@ impl World {
         flight
     }
 
-    /// Flies to the end of the judged time. Stops early where the flight has become equal to the reference, and completes the record
-    /// by that of the reference.
+    /// Flies to the end of the judged time. Stops early where the flight continues as the reference does, with its probe. Returns the
+    /// record completed by that of the reference then.
     ///
     /// # Errors
     /// The access that the emulator refused.
-    pub fn fly_judged(&self, flight: &mut Flight) -> Result<bool, String> {
-        for (us, reference) in &self.compared {
+    pub fn fly_judged(&self, flight: &mut Flight) -> Result<Option<Record>, String> {
+        for (us, Compared { flight: reference, later }) in &self.compared {
             let at = Time::from_us(*us);
             flight.fly(at)?;
-            if *us < JUDGED_US && reference.with(|reference| flight.craft.continues_as(reference)) {
-                flight.record.continue_as(&self.reference.calm, at);
-                return Ok(true);
+            if reference.with(|reference| flight.continues_as(reference, later)) {
+                let mut record = flight.record.clone();
+                record.continue_as(&self.reference.calm, at);
+                return Ok(Some(record));
             }
         }
-        Ok(false)
+        Ok(None)
     }
 
     /// Cuts the active bus between masters and slaves, switches the active one of two masters off, and flies to the end.

@@ -13,6 +13,7 @@ use crate::cpu::trap::{BUS_FAULT, DEBUG_MONITOR, HARD_FAULT, LSPERR, MEM_MANAGE,
 impl Core {
     /// Refuses the FPU to code with these rights if CPACR does not permit it.
     pub(in crate::cpu) fn check_fpu(&mut self, privileged: bool) -> Result {
+        self.fpu.is_used = true;
         if self.scb.permits_fpu(privileged) { Ok(()) } else { Err(self.raise(Trap::NO_COPROCESSOR)) }
     }
 

@@ -1,6 +1,6 @@
 //! Upsets of a board: bits of timers, clocks, watchdog, core and memory, and what the program makes of them.
 
-use can_twin::board::{CoreRegister, EmulatedBoard, State, Use};
+use can_twin::board::{CoreRegister, EmulatedBoard, State, Use, Uses};
 use can_twin::mmio::Refusal;
 use can_twin::spacecraft::{BoardId, Spacecraft, SpacecraftConfig};
 use can_twin::wire::time::Time;
@@ -151,11 +151,68 @@ fn copies_are_equal_until_a_bit_flips() {
         craft.take_logs();
         craft.take_frames();
     }
-    assert!(copy.continues_as(&craft));
+    assert!(copy.continues_as(&craft, &[]));
     copy.board_mut(BoardId(0)).flip_memory(RAM + 0x2000, 3).unwrap();
-    assert!(!copy.continues_as(&craft));
+    assert!(!copy.continues_as(&craft, &[]));
     copy.board_mut(BoardId(0)).flip_memory(RAM + 0x2000, 3).unwrap();
-    assert!(copy.continues_as(&craft));
+    assert!(copy.continues_as(&craft, &[]));
+}
+
+/// Given a program that reads, writes and leaves alone some words later, then a copy continues alike with a bit flipped in a byte that is
+/// written first or not used, and does not with a bit flipped in one that is read.
+#[test]
+fn bytes_that_are_read_later_count_and_others_do_not() {
+    const BEGUN: Time = Time::from_us(10);
+    let begin = store(RAM + 0x100, 1).repeat(60);
+    let program = [begin, copy(RAM + 4, RAM + 8), store(RAM + 4, 1), STOP.to_vec()].concat();
+    let mut reference = spacecraft([board("uses", image(&program, &STOP))]);
+    reference.run_until(BEGUN).unwrap();
+    let later = uses_until(&reference, UPSET);
+    let is_equal = |address, later: &[Uses]| {
+        let mut copy = reference.clone();
+        copy.board_mut(BoardId(0)).flip_memory(address, 3).unwrap();
+        copy.continues_as(&reference, later)
+    };
+    assert_eq!([RAM, RAM + 4, RAM + 8].map(|address| is_equal(address, &later)), [true, false, true]);
+    assert_eq!([RAM, RAM + 4, RAM + 8].map(|address| is_equal(address, &[])), [false; 3]);
+}
+
+/// Given a program that uses neither FPU nor DMA, then their registers do not count, and those that it uses do.
+#[test]
+fn registers_without_effect_do_not_count() {
+    const DMA1_S0M1AR: u32 = 0x4002_6020;
+    const GPIOB_OSPEEDR: u32 = GPIOB + 8;
+    let program = [store(RCC + 0x30, 1 << 1 | 1 << 21), store(GPIOB, 0x180), STOP.to_vec()].concat();
+    let mut reference = spacecraft([board("still", image(&program, &STOP))]);
+    reference.run_until(UPSET).unwrap();
+    let later = uses_until(&reference, UPSET + UPSET);
+    let is_equal = |flip: &dyn Fn(&mut EmulatedBoard), later: &[Uses]| {
+        let [mut copy, mut reference] = [&reference; 2].map(Spacecraft::clone);
+        flip(copy.board_mut(BoardId(0)));
+        for craft in [&mut copy, &mut reference] {
+            craft.run_until(UPSET + Time::from_ms(1)).unwrap();
+        }
+        copy.continues_as(&reference, later)
+    };
+    let flip_register = |address| move |board: &mut EmulatedBoard| board.flip_register(address, 4).unwrap();
+    let flips: [&dyn Fn(&mut EmulatedBoard); 3] = [
+        &|board| board.flip_core(CoreRegister::S(3), 7),
+        &flip_register(DMA1_S0M1AR),
+        &flip_register(GPIOB_OSPEEDR),
+    ];
+    for flip in flips {
+        assert_eq!((is_equal(flip, &later), is_equal(flip, &[])), (true, false));
+    }
+    assert!(!is_equal(&flip_register(GPIOB), &later), "MODER has an effect");
+    assert!(!is_equal(&|board| board.flip_core(CoreRegister::R(4), 7), &later));
+}
+
+/// Returns the uses of each board of a copy of a flight until `until`.
+fn uses_until(craft: &Spacecraft, until: Time) -> Vec<Uses> {
+    let mut copy = craft.clone();
+    copy.board_mut(BoardId(0)).watch_memory();
+    copy.run_until(until).unwrap();
+    copy.board_mut(BoardId(0)).take_uses().into_iter().collect()
 }
 
 /// Given a running board, then each bit of its registers flips, or is refused for a reason of the part.
