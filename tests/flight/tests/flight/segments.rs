@@ -17,6 +17,8 @@ const SEGMENTS: u8 = 58;
 /// Longest gap: the intermission at the slave, whose crystal is 31 ppm slow, and a microsecond for the transmit
 /// interrupt.
 const NO_GAP: Time = Time::from_us(4);
+/// The longest gap if the supervisor's interrupt, which comes ten times a second, delays that of the driver once.
+const TICK: Time = Time::from_us(10);
 
 /// A master, a slave, and a client on the nominal bus that has written the data of 6300h.
 struct Download {
@@ -103,7 +105,7 @@ fn assert_complete(segments: &[Seen]) {
 
 /// Given a client that uploads by blocks
 /// When the slave sends a sub-block
-/// Then each segment follows the frame before it after no more than the intermission.
+/// Then each segment follows the frame before it after no more than the intermission, but for one that the supervisor may delay.
 ///
 /// Verifies: ECSS 6.1a
 #[test]
@@ -114,10 +116,11 @@ fn segments_of_an_upload_follow_without_a_gap() {
     let segments = download.finish(from, SEGMENTS);
     assert_complete(&segments);
     let of_bus: Vec<&Seen> = download.flight.on(Bus::Nominal).collect();
-    for pair in of_bus.windows(2).filter(|pair| segments[1..].contains(pair[1])) {
-        let gap = pair[1].start.since(pair[0].end);
-        assert!(gap < NO_GAP, "{} us before segment {:02X}", gap.as_us(), pair[1].data()[0]);
-    }
+    let pairs = of_bus.windows(2).filter(|pair| segments[1..].contains(pair[1]));
+    let gaps: Vec<Time> = pairs.map(|pair| pair[1].start.since(pair[0].end)).collect();
+    let late: Vec<Time> = gaps.iter().copied().filter(|gap| *gap >= NO_GAP).collect();
+    assert_eq!(gaps.len(), usize::from(SEGMENTS) - 1);
+    assert!(late.len() <= 1 && late.iter().all(|gap| *gap < TICK), "{late:?}");
     download.flight.assert_nothing_lost();
 }
 
