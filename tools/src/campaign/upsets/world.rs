@@ -3,7 +3,7 @@
 //! | masters | profile | boards, from the left end of the cable |
 //! | --- | --- | --- |
 //! | 1 | `librecube` | master; slave 2 with parallel access; slave 4 with selective access |
-//! | 2 | `standby` | prime master; second master; minimal slave 5 |
+//! | 2 | `standby` | prime master; second master; slave 2; minimal slave 5, which decides nothing, because the master does not know it |
 //!
 //! All are pyboards. At 3 s each full node saves its parameters. The *reference* is the flight without an upset, with its own fail-over
 //! probe. It records which bytes of RAM the cores read or write first after each instant.
@@ -11,7 +11,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use can_twin::board::{BoardConfig, Fittings, StateRegister, Uses};
 use can_twin::crystal::Crystal;
 use can_twin::guest::Presence;
@@ -21,8 +21,9 @@ use can_twin::wire::frame::WireFrame;
 use can_twin::wire::time::Time;
 
 use super::grid;
+use super::outcome::PROBED_US;
 use super::places::Places;
-use super::record::Record;
+use super::record::{Record, Service};
 use crate::images::support::board::{Board, Profile};
 use crate::images::support::counters::Counters;
 use crate::images::support::fleet::{self, image};
@@ -47,13 +48,15 @@ const SAVED: Time = Time::from_ms(3_000);
 type Seat = (u8, f64, f64, u64);
 
 const ONE_MASTER: [Seat; 3] = [(MASTER, 0.0, 12.0, 20), (2, 4.0, -31.0, 110), (4, 23.0, 48.0, 230)];
-const TWO_MASTERS: [Seat; 3] =
-    [(MASTER, 0.0, 12.0, 20), (SECOND_MASTER, 4.0, -31.0, 20), (5, 23.0, 48.0, 170)];
+const TWO_MASTERS: [Seat; 4] =
+    [(MASTER, 0.0, 12.0, 20), (SECOND_MASTER, 4.0, -31.0, 20), (2, 15.0, -5.0, 110), (5, 23.0, 48.0, 170)];
+/// Node-ID of the minimal slave beside two masters.
+const MINIMAL: u8 = 5;
 
 /// Properties of a spacecraft.
 struct Plan {
     profile: Profile,
-    seats: [Seat; 3],
+    seats: &'static [Seat],
     /// Position at which the probe cuts the active bus: between masters and slaves.
     cut_m: f64,
     /// End of the judged time of flights that are not healthy at [`JUDGED_US`], microseconds.
@@ -66,14 +69,14 @@ fn plan(masters: u8) -> Plan {
     match masters {
         1 => Plan {
             profile: Profile::Librecube,
-            seats: ONE_MASTER,
+            seats: &ONE_MASTER,
             cut_m: 0.5,
             late_us: 34_000_000,
             probe_us: 18_000_000,
         },
         _ => Plan {
             profile: Profile::Standby,
-            seats: TWO_MASTERS,
+            seats: &TWO_MASTERS,
             cut_m: 7.0,
             late_us: JUDGED_US,
             probe_us: 6_000_000,
@@ -216,7 +219,7 @@ impl World {
     /// Builds the images, or uses those that were built last, and flies the reference. `seed` selects the instants.
     ///
     /// # Errors
-    /// When images cannot be built or read.
+    /// When images cannot be built or read, or the reference does not recover in its probe.
     ///
     /// # Panics
     /// When the emulator refuses an access of the images without an upset.
@@ -240,6 +243,12 @@ impl World {
         };
         world.resets = world.places.iter().map(|_| OnceLock::new()).collect();
         world.fly_reference(instants(seed));
+        let probed = &world.reference.probed;
+        let span = world.probed_us() - PROBED_US..world.probed_us();
+        ensure!(
+            probed.count((MASTER, Service::Frames(0x080)), &span) > 0,
+            "no master is active after the probe"
+        );
         Ok(world)
     }
 
@@ -400,13 +409,13 @@ fn base(plan: &Plan, images: &Images) -> Flight {
     let board = Board::shipped(Board::DEFAULT);
     let mut craft = Spacecraft::new(SpacecraftConfig::default());
     let node = |number| if number == SECOND_MASTER { MASTER } else { number };
-    for (number, position_m, ppm, power_on_ms) in plan.seats {
+    for &(number, position_m, ppm, power_on_ms) in plan.seats {
         let (name, image) = match number {
             MASTER => ("master".to_owned(), &images.master),
             SECOND_MASTER => ("second master".to_owned(), &images.master),
             _ => match &images.minimal {
-                Some(minimal) => (format!("minimal slave {number}"), minimal),
-                None => (format!("slave {number}"), &images.slave),
+                Some(minimal) if number == MINIMAL => (format!("minimal slave {number}"), minimal),
+                _ => (format!("slave {number}"), &images.slave),
             },
         };
         craft.add_board(BoardConfig {
