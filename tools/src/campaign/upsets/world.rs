@@ -246,8 +246,8 @@ impl World {
         let probed = &world.reference.probed;
         let span = world.probed_us() - PROBED_US..world.probed_us();
         ensure!(
-            probed.count((MASTER, Service::Frames(0x080)), &span) > 0,
-            "no master is active after the probe"
+            probed.count((MASTER, Service::Frames(0x701)), &span) > 0,
+            "no master is heard after the probe"
         );
         Ok(world)
     }
