@@ -2,6 +2,7 @@
 
 use super::EmulatedBoard;
 use crate::chip::{Use, Uses};
+use crate::peripherals::RegisterUses;
 
 impl EmulatedBoard {
     /// Returns whether this copy of a board continues exactly as another one. `later` has the uses of the other copy from now to the end
@@ -25,6 +26,10 @@ impl EmulatedBoard {
             && here.memory.continues_as(&there.memory, counts)
             && here.accelerator.continues_as(&there.accelerator, cycle)
             && self.core.continues_as(&other.core, cycle, later.is_none_or(Uses::uses_fpu))
-            && here.peripherals.continues_as(&there.peripherals, cycle, later)
+            && here.peripherals.continues_as(
+                &there.peripherals,
+                cycle,
+                later.map(|later| later as &dyn RegisterUses),
+            )
     }
 }

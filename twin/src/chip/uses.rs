@@ -6,7 +6,7 @@ use super::Chip;
 use crate::cpu::{Bus, BusError};
 use crate::memory::{Memory, Place};
 use crate::mmio::Width;
-use crate::peripherals::Ram;
+use crate::peripherals::{Ram, RegisterUses};
 
 /// First use of a byte.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -77,19 +77,9 @@ impl Uses {
         self.active_filters |= active;
     }
 
-    /// Returns whether this filter bank of CAN was active.
-    pub(crate) fn activates(&self, bank: u32) -> bool {
-        self.active_filters >> bank & 1 == 1
-    }
-
     /// Returns whether the core used the FPU, or stacked its registers.
     pub(crate) fn uses_fpu(&self) -> bool {
         self.uses_fpu
-    }
-
-    /// Returns whether the core or DMA accessed one of these words of peripherals.
-    pub(crate) fn touches(&self, addresses: std::ops::Range<u32>) -> bool {
-        self.registers.range(addresses).next().is_some()
     }
 
     fn note(&mut self, place: Option<Place>, width: Width, first: Use) {
@@ -115,6 +105,16 @@ impl Uses {
         self.registers.extend(&later.registers);
         self.uses_fpu |= later.uses_fpu;
         self.active_filters |= later.active_filters;
+    }
+}
+
+impl RegisterUses for Uses {
+    fn touches(&self, addresses: std::ops::Range<u32>) -> bool {
+        self.registers.range(addresses).next().is_some()
+    }
+
+    fn activates(&self, bank: u32) -> bool {
+        self.active_filters >> bank & 1 == 1
     }
 }
 

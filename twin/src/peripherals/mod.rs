@@ -44,6 +44,7 @@ pub(crate) use names::{is_reserved, name};
 use rcc::{APB1, BDCR, Gate, Rcc};
 pub use rcc::{Clocks, ResetCause};
 pub use requests::Ram;
+pub use same::RegisterUses;
 use system::{Dbgmcu, Pwr, signature};
 use timers::{TIM3, TIM5, TIMERS, Timers};
 

@@ -3,10 +3,11 @@
 //! Some registers of the model have no effect but that the core can read them. They do not count when the time in question has no access
 //! to them.
 
+use std::ops::Range;
+
 use super::dma::{FIRST_STREAM, STREAM_LEN};
 use super::{Dma, Gpio, Peripherals};
 use crate::bxcan::BANKS;
-use crate::chip::Uses;
 
 /// Registers of a port that are stored without effect: OTYPER, OSPEEDR and LCKR, as indices of words.
 const WITHOUT_EFFECT: [u32; 3] = [1, 2, 7];
@@ -16,15 +17,29 @@ const CAN: u32 = 0x4000_6400;
 /// Bytes from one port or DMA controller to the next.
 const BLOCK: u32 = 0x400;
 
+/// Uses of registers in a span of time.
+pub trait RegisterUses {
+    /// Returns whether the core or DMA accessed one of these words of peripherals.
+    fn touches(&self, addresses: Range<u32>) -> bool;
+
+    /// Returns whether this filter bank of CAN was active.
+    fn activates(&self, bank: u32) -> bool;
+}
+
 impl Peripherals {
     /// Returns whether other peripherals continue exactly alike from `cycle` on. `later`: uses of the other ones.
-    pub(crate) fn continues_as(&self, other: &Peripherals, cycle: u64, later: Option<&Uses>) -> bool {
+    pub(crate) fn continues_as(
+        &self,
+        other: &Peripherals,
+        cycle: u64,
+        later: Option<&dyn RegisterUses>,
+    ) -> bool {
         let state = |peripherals: &Peripherals| format!("{:?}", peripherals.essence(cycle, later));
         state(self) == state(other)
     }
 
     /// Returns a copy at `cycle` without statistics, and without registers that have no effect and are not accessed later.
-    fn essence(&self, cycle: u64, later: Option<&Uses>) -> Peripherals {
+    fn essence(&self, cycle: u64, later: Option<&dyn RegisterUses>) -> Peripherals {
         let mut copy = self.clone();
         copy.run_timers(cycle);
         copy.timers.catch_up(cycle);
