@@ -284,6 +284,7 @@ impl Wire {
     }
 
     /// Returns a copy without records and totals.
+    #[cfg(feature = "boards")]
     pub(crate) fn without_totals(&self) -> Wire {
         Wire { observed: Observed::default(), ..self.clone() }
     }
