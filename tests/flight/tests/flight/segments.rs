@@ -105,7 +105,7 @@ fn assert_complete(segments: &[Seen]) {
 
 /// Given a client that uploads by blocks
 /// When the slave sends a sub-block
-/// Then each segment follows the frame before it after no more than the intermission, but for one that the supervisor may delay.
+/// Then each segment follows the frame before it after no more than the intermission. The supervisor may delay one of them.
 ///
 /// Verifies: ECSS 6.1a
 #[test]

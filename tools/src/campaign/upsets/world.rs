@@ -135,9 +135,7 @@ impl Flight {
         }
         Ok(())
     }
-}
 
-impl Flight {
     /// Returns whether this flight continues exactly as the reference, whose boards have these uses later.
     fn continues_as(&self, reference: &Flight, later: &[Uses]) -> bool {
         let counters = |flight: &Flight| {
