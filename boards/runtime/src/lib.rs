@@ -11,7 +11,8 @@
 //! | `messages` | a panic logs its message first |
 //! | `exceptions` | handlers of faults, NMI and SysTick, which end or supervise the program |
 //! | `memory` | routines of the compiler, smaller or faster: copies of memory, divisions of 64-bit numbers |
-//! | `program` | a check of the program in flash in the background, as a task beside those of the node |
+//! | `mend` | a check of the program in flash at each reset, which mends a flipped bit |
+//! | `program` | the same check also in the background, as a task beside those of the node |
 //!
 //! An image links this crate by using `Irqs`, or by `use ecss_can_runtime as _`. [`node_tasks`] declares a function that
 //! spawns the tasks of a node, [`pulse_task`] one for the pulse output.
@@ -36,6 +37,8 @@ mod interrupts;
 mod log;
 #[cfg(all(target_os = "none", feature = "memory"))]
 mod memory;
+#[cfg(all(target_os = "none", feature = "mend"))]
+mod mend;
 #[cfg(all(target_os = "none", feature = "panics"))]
 use panic_probe as _;
 #[cfg(target_os = "none")]

@@ -47,7 +47,7 @@ mod clocks;
 #[cfg(any(not(target_os = "none"), feature = "full"))]
 mod crc;
 mod declare;
-#[cfg(any(test, all(target_os = "none", feature = "full")))]
+#[cfg(any(test, target_os = "none"))]
 mod program;
 #[cfg(any(not(target_os = "none"), feature = "full"))]
 pub mod store;
@@ -134,6 +134,7 @@ pub use {
     edges::{CaptureChannel, CaptureStream, EdgeInput},
     minimal::MinimalBoard,
     one_controller::{OneControllerBoard, SharedPort, TransceiverPin},
+    program::mend_program,
     spec::{BoardSpec, PulseOutput, Wiring, clocks_of},
     supervisor::{Supervised, supervised},
 };

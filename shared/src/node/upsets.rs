@@ -2,7 +2,8 @@
 //!
 //! An *upset* is a bit that a particle inverted. A board compares its registers with a table while the node runs, and mends what
 //! differs. It counts this in [`Upsets`], which its node reads after each of its own heartbeats: the object follows, and an
-//! emergency 5000h reports the change. A damaged program in flash is an error that lasts.
+//! emergency 5000h reports the change. A program in flash that is damaged or mended
+//! is an error that lasts.
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
@@ -20,6 +21,8 @@ pub enum ProgramState {
     Whole,
     /// It has another checksum.
     Damaged,
+    /// A bit of it is flipped. The core reads the right word in its place, until the power fails.
+    Mended,
 }
 
 /// Upsets that a board found. Its interrupts write it, its node reads it.
@@ -68,6 +71,7 @@ impl Upsets {
         let program = match self.program.load(Ordering::Relaxed) {
             program if program == ProgramState::Whole as u8 => ProgramState::Whole,
             program if program == ProgramState::Damaged as u8 => ProgramState::Damaged,
+            program if program == ProgramState::Mended as u8 => ProgramState::Mended,
             _ => ProgramState::Unchecked,
         };
         FoundUpsets { registers, last: self.last.load(Ordering::Relaxed), program }
@@ -100,8 +104,8 @@ pub struct FoundUpsets {
 pub struct UpsetObjects {
     /// Upsets
     ///
-    /// Emergency 5000h with source 2 reports a mended register, with source 3 a damaged program. The latter lasts until the program
-    /// is whole again.
+    /// Emergency 5000h with source 2 reports a mended register, with source 3 a damaged or mended program. The latter lasts until the
+    /// program is whole again.
     #[object(0x2033, record)]
     pub found: FoundUpsets,
 }

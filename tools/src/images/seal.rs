@@ -1,19 +1,21 @@
-//! The *seal* of a program: its length and its CRC-32C, which the running image compares with its flash.
+//! The *seal* of a program: its length, and a word with which its CRC is zero. The running image checks its flash by it.
 //!
 //! `ecss-can-stm32f4` reserves eight bytes of flash under the name `__program_seal`. The linker leaves them erased. The
-//! seal is written here, into each image that this program builds. The checksum covers flash from 0800 0000h to the end of
-//! the last segment, without the seal. Gaps between segments count as erased flash.
+//! seal is written here, into each image that this program builds. The CRC is that of the CRC unit of the chip
+//! (CRC-32/MPEG-2 of the words) from 0800 0000h to the end of the last segment. Gaps between segments, and the rest of the last word,
+//! count as erased flash.
 
 use std::ops::Range;
 
-use crc::{CRC_32_ISCSI, Crc};
+use crc::{CRC_32_MPEG_2, Crc};
 use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSymbol};
 
 const SYMBOL: &str = "__program_seal";
-/// Length and checksum, little-endian.
+/// Length and balance, little-endian.
 const BYTES: usize = 8;
+const WORD: usize = 4;
 const FLASH: u64 = 0x0800_0000;
 /// The largest flash of a chip.
 const FLASH_BYTES: usize = 2 << 20;
@@ -48,12 +50,31 @@ fn seal(elf: &[u8]) -> Option<(Range<usize>, [u8; BYTES])> {
         }
     }
     let place = place?;
-    let crc = Crc::<u32>::new(&CRC_32_ISCSI);
+    flash.resize(flash.len().next_multiple_of(WORD), 0xFF);
+    let bytes = (flash.len() as u32).to_le_bytes();
+    flash[at..at + WORD].copy_from_slice(&bytes);
+    let balance = balance(&flash, at + WORD).to_le_bytes();
+    Some((place, [bytes, balance].concat().try_into().ok()?))
+}
+
+/// Returns the word at the offset `at` with which the CRC of all words is zero.
+fn balance(flash: &[u8], at: usize) -> u32 {
+    let word = |word: &[u8]| word.iter().rfold(0, |word, byte| word << 8 | u32::from(*byte));
+    let (before, behind) = (&flash[..at], &flash[at + WORD..]);
+    let crc = Crc::<u32>::new(&CRC_32_MPEG_2);
     let mut digest = crc.digest();
-    digest.update(&flash[..at]);
-    digest.update(&flash[at + BYTES..]);
-    let seal = u64::from(digest.finalize()) << 32 | flash.len() as u64;
-    Some((place, seal.to_le_bytes()))
+    before.chunks(WORD).for_each(|bytes| digest.update(&word(bytes).to_be_bytes()));
+    // Backwards from the zero at the end: the CRC before each word.
+    let wanted = behind.rchunks(WORD).fold(0, |crc, bytes| before_word(crc) ^ word(bytes));
+    digest.finalize() ^ before_word(wanted)
+}
+
+/// Returns the CRC before a word of zeros that leads to `crc`.
+fn before_word(crc: u32) -> u32 {
+    (0..u32::BITS).fold(crc, |crc, _| match crc & 1 {
+        0 => crc >> 1,
+        _ => (crc ^ CRC_32_MPEG_2.poly) >> 1 | 1 << 31,
+    })
 }
 
 #[cfg(test)]
@@ -96,28 +117,52 @@ mod tests {
         file
     }
 
-    /// Given a program that is "123456789" without its seal, whose CRC-32C is E306 9283h (the check value of the catalogue of
-    /// parametrised CRC algorithms), then the seal has its length with the seal, and that checksum.
+    /// Bytes of words as the CRC unit takes them, the highest byte first.
+    fn as_words(bytes: &[u8]) -> Vec<u8> {
+        bytes.chunks(4).flat_map(|word| word.iter().rev().copied()).collect()
+    }
+
+    fn crc(bytes: &[u8]) -> u32 {
+        Crc::<u32>::new(&CRC_32_MPEG_2).checksum(&as_words(bytes))
+    }
+
+    /// Given a program with its seal in the middle, and a last word of two bytes, then the seal has the length in whole words, the
+    /// CRC with the seal is zero, and the rest is unchanged.
     #[test]
-    fn seal_has_length_and_checksum_of_the_rest() {
+    fn program_with_its_seal_has_the_crc_zero() {
         let first = [b"1234", &ERASED[..], b"5678"].concat();
-        let mut file = elf([(0x0800_0000, &first), (0x0800_0010, b"9")], (SYMBOL, 0x0800_0004));
+        let mut file = elf([(0x0800_0000, &first), (0x0800_0010, b"9A")], (SYMBOL, 0x0800_0004));
         let before = file.clone();
         write(&mut file);
         let at = HEADERS as usize + 4;
-        assert_eq!(file[at..at + BYTES], [17, 0, 0, 0, 0x83, 0x92, 0x06, 0xE3]);
+        assert_eq!(file[at..at + 4], [20, 0, 0, 0]);
+        let flash = [&file[at - 4..at + BYTES + 4], b"9A\xFF\xFF"].concat();
+        assert_eq!(crc(&flash), 0);
         file[at..at + BYTES].fill(0xFF);
         assert_eq!(file, before, "the rest is unchanged");
     }
 
-    /// Given a gap between two segments, then it counts as erased: 32 bytes of ones have the CRC-32C 62A8 AB43h (RFC 3720, B.4).
+    /// Given a program that ends with its seal, then the balance is the CRC of what is before it: of "123456789", padded to words.
+    #[test]
+    fn balance_at_the_end_is_the_crc_before_it() {
+        let first = [b"1234567890ab", &ERASED[..]].concat();
+        let mut file = elf([(0x0800_0000, &first), (0x2000_0000, &[])], (SYMBOL, 0x0800_000C));
+        write(&mut file);
+        let at = HEADERS as usize + 12;
+        let balance = crc(b"1234567890ab\x14\0\0\0").to_le_bytes();
+        assert_eq!(file[at..at + BYTES], [&[20, 0, 0, 0], &balance[..]].concat());
+    }
+
+    /// Given a gap between two segments, then it counts as erased.
     #[test]
     fn gap_between_segments_counts_as_erased() {
-        let first = [&ERASED[..], &[0xFF; 4]].concat();
-        let mut file = elf([(0x0800_0000, &first), (0x0800_0024, &[0xFF; 4])], (SYMBOL, 0x0800_0000));
+        let first = [&ERASED[..], b"1234"].concat();
+        let mut file = elf([(0x0800_0000, &first), (0x0800_0014, b"5678")], (SYMBOL, 0x0800_0000));
         write(&mut file);
         let at = HEADERS as usize;
-        assert_eq!(file[at..at + BYTES], [40, 0, 0, 0, 0x43, 0xAB, 0xA8, 0x62]);
+        let flash = [&file[at..at + 12], &[0xFF; 8], b"5678"].concat();
+        assert_eq!(file[at..at + 4], [24, 0, 0, 0]);
+        assert_eq!(crc(&flash), 0);
     }
 
     /// Given a file without symbol, one whose symbol is in no segment, one for RAM, and none at all, then it stays unchanged.

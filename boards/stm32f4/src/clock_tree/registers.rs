@@ -5,8 +5,8 @@ use crate::registers::{Kept, Register};
 /// Addresses of RCC and of the control register of the flash.
 const RCC_BASE: u32 = 0x4002_3800;
 const FLASH_ACR: u32 = 0x4002_3C00;
-/// Clocks and reset lines of ports A to I and of DMA1, which are on AHB1.
-const ON_AHB1: u32 = 1 << 21 | 0x1FF;
+/// Clocks and reset lines of ports A to I, of the CRC unit and of DMA1, which are on AHB1.
+const ON_AHB1: u32 = 1 << 21 | 1 << 12 | 0x1FF;
 /// Those of TIM2 and TIM5, which must not stop, of TIM3, and of both controllers, on APB1.
 const TIME: u32 = 1 << 3 | 1 << 0;
 const PULSE: u32 = 1 << 1;

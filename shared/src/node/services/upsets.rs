@@ -9,12 +9,12 @@ use crate::node::upsets::{ProgramState, Upsets};
 
 /// Source of the emergency that reports a mended register. The address of the register follows, little-endian.
 const MENDED: u8 = 2;
-/// Source of the emergency that reports a damaged program.
+/// Source of the emergency that reports a damaged or mended program.
 const DAMAGED: u8 = 3;
 
 #[ext(UpsetServices)]
 impl<D: SpacecraftDevice> Services<D> {
-    /// Shows what the board found. Reports a register that was mended since the last call, and a program that is damaged. Call it
+    /// Shows what the board found. Reports a register that was mended since the last call, and a program that is damaged or mended. Call it
     /// once for each heartbeat of the node.
     pub fn report_upsets(&mut self) {
         let Some(found) = self.state().upsets().map(Upsets::found) else { return };
@@ -24,6 +24,7 @@ impl<D: SpacecraftDevice> Services<D> {
             let [a, b, c, d] = found.last.to_le_bytes();
             self.report_past(ErrorCode::HARDWARE, [MENDED, a, b, c, d]);
         }
-        self.set_error(ErrorCode::HARDWARE, DAMAGED, found.program == ProgramState::Damaged);
+        let is_damaged = matches!(found.program, ProgramState::Damaged | ProgramState::Mended);
+        self.set_error(ErrorCode::HARDWARE, DAMAGED, is_damaged);
     }
 }
