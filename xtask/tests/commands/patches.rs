@@ -59,6 +59,7 @@ fn every_patch_of_the_project_applies() {
         "tries-for-ever: ",
         "unconfigured: ",
         "unknown-node: ",
+        "unmended-start: ",
         "unprotected-memory: ",
         "unreported-program: ",
         "unsealed-image: ",

@@ -17,7 +17,7 @@ fn lines(description: &Description) -> Vec<String> {
 }
 
 /// The values of an object of each node.
-const PROGRAM: &str = "2033sub3: 0 Unchecked, 1 Whole, 2 Damaged";
+const PROGRAM: &str = "2033sub3: 0 Unchecked, 1 Whole, 2 Damaged, 3 Mended";
 
 #[test]
 fn capacities_of_writable_strings_are_comments() {
