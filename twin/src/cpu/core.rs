@@ -12,11 +12,15 @@ use crate::cpu::fpu::Fpu;
 use crate::cpu::instruction::{Decoded, InBlock, Instruction};
 use crate::cpu::registers::{Control, EPSR_T, Flags, Masks};
 use crate::cpu::system::debug::Debug;
+use crate::cpu::system::fpb::{Fpb, Replacement};
 use crate::cpu::system::mpu::Mpu;
 use crate::cpu::system::nvic::Nvic;
 use crate::cpu::system::scb::{HFSR_VECTTBL, Scb};
 use crate::cpu::system::systick::SysTick;
 use crate::cpu::trap::{SYSTICK, Sleep, Trap};
+
+/// BKPT 0.
+const BKPT: u16 = 0xBE00;
 
 /// Reaction to an UNPREDICTABLE encoding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -151,6 +155,7 @@ pub struct Core {
     pub(in crate::cpu) scb: Scb,
     pub(in crate::cpu) systick: SysTick,
     pub(in crate::cpu) debug: Debug,
+    pub(in crate::cpu) fpb: Fpb,
     pub(in crate::cpu) mpu: Mpu,
     /// During an instruction: address of the next one.
     pub(in crate::cpu) next: u32,
@@ -187,6 +192,7 @@ impl Core {
             scb: Scb::new(config.vector_table),
             systick: SysTick::new(config.systick_reference),
             debug: Debug::default(),
+            fpb: Fpb::default(),
             mpu: Mpu::default(),
             next: 0,
             spent: 0,
@@ -210,7 +216,8 @@ impl Core {
         self.cache.share(code);
     }
 
-    /// System reset. The next step is the reset sequence. Cycles, an attached debugger, DEMCR and the levels of the interrupt lines stay.
+    /// System reset. The next step is the reset sequence. Cycles, an attached debugger, DEMCR, the FPB and the levels of the
+    /// interrupt lines stay.
     pub fn reset(&mut self) {
         self.control = Control::default();
         self.masks = Masks::default();
@@ -351,7 +358,8 @@ impl Core {
         let decode = || if wide { decode::wide(first, second) } else { decode::narrow(first) };
         if self.cache.covers(pc) {
             let decoded = decode();
-            if bus.is_settled() {
+            let is_replaced = |address| self.fpb.instruction(address).is_some();
+            if bus.is_settled() && !is_replaced(pc) && !(wide && is_replaced(pc.wrapping_add(2))) {
                 self.cache.put(pc, decoded);
             }
             return Ok(decoded);
@@ -368,6 +376,11 @@ impl Core {
         if !self.may_execute(address) {
             return Err(self.raise(Trap::FetchAccess));
         }
+        let address = match self.fpb.instruction(address) {
+            None => address,
+            Some(Replacement::Address(address)) => address,
+            Some(Replacement::Breakpoint) => return Ok(BKPT),
+        };
         bus.fetch(address).map_err(|_| self.raise(Trap::FetchBus))
     }
 

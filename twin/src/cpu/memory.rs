@@ -46,7 +46,7 @@ impl Core {
     ) -> Result<u32> {
         self.spent += cycles::ACCESS;
         if self.is_plain(Place { address, width, privileged }, Access::Read) {
-            return bus.load(address, width).map_err(|_| self.raise(Trap::DataBus(address)));
+            return bus.load(self.fpb.data(address), width).map_err(|_| self.raise(Trap::DataBus(address)));
         }
         self.access_special(bus, Place { address, width, privileged }, None)
     }
@@ -142,7 +142,10 @@ impl Core {
             let (address, shift) = (address.wrapping_add(offset), 8 * offset);
             match stored {
                 Some(value) => self.store_bus(bus, address, part, value >> shift & part.mask())?,
-                None => loaded |= self.load_bus(bus, address, part)? << shift,
+                None => {
+                    let address = if part == width { self.fpb.data(address) } else { address };
+                    loaded |= self.load_bus(bus, address, part)? << shift;
+                }
             }
         }
         Ok(loaded)

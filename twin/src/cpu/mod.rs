@@ -55,7 +55,7 @@
 //!   the handler; the real core would fetch its vector instead (late arrival).
 //! - Bus faults are precise; there is no write buffer.
 //! - Memory attributes (TEX, S, C, B of the MPU) have no effect.
-//! - Not there: ITM, FPB, TPIU, comparators and profiling counters of the DWT, DCRSR and DCRDR, vector catch and stepping in DEMCR,
+//! - Not there: ITM, TPIU, comparators and profiling counters of the DWT, DCRSR and DCRDR, vector catch and stepping in DEMCR,
 //!   DISFPCA and DISOOFP in ACTLR, CCR.BFHFNMIGN. A program that accesses them stops with [`Stop::Unmodelled`].
 //! - UNPREDICTABLE encodings stop the core with [`Stop::Unpredictable`], or raise a UsageFault where [`Config::unpredictable`] says so.
 //!

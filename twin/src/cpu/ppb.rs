@@ -6,6 +6,7 @@
 use crate::cpu::core::{Core, Result};
 use crate::cpu::memory::Place;
 use crate::cpu::system::debug::{MON_EN, MON_PEND};
+use crate::cpu::system::fpb::Fpb;
 use crate::cpu::system::nvic::Nvic;
 use crate::cpu::system::{debug, nvic, scb};
 use crate::cpu::trap::{
@@ -14,6 +15,9 @@ use crate::cpu::trap::{
 
 const DWT_CTRL: u32 = 0xE000_1000;
 const DWT_CYCCNT: u32 = 0xE000_1004;
+/// The FPB, of whose registers the last one is FP_COMP7.
+const FPB: u32 = 0xE000_2000;
+const FPB_LAST: u32 = 0xE000_2024;
 const ICTR: u32 = 0xE000_E004;
 const ACTLR: u32 = 0xE000_E008;
 const SYST_CSR: u32 = 0xE000_E010;
@@ -129,6 +133,7 @@ impl Core {
         Ok(match address {
             DWT_CTRL => self.debug.dwt_control(),
             DWT_CYCCNT => self.debug.cycle_count(self.cycle),
+            FPB..=FPB_LAST => self.fpb.read(address - FPB),
             ICTR => u32::from((nvic::LINES - 1) / 32),
             ACTLR => self.scb.actlr,
             SYST_CSR..=SYST_CVR => self.systick.read(address - SYST_CSR, self.cycle),
@@ -178,6 +183,10 @@ impl Core {
             DWT_CYCCNT => {
                 let count = merged(self.debug.cycle_count(self.cycle));
                 self.debug.set_cycle_count(count, self.cycle);
+            }
+            FPB..=FPB_LAST => {
+                let new = merged(self.fpb.read(address - FPB));
+                self.change_fpb(|fpb| fpb.write(address - FPB, new));
             }
             ACTLR => {
                 let new = merged(self.scb.actlr);
@@ -240,6 +249,15 @@ impl Core {
             _ => return Err(self.raise(unmodelled)),
         }
         Ok(())
+    }
+
+    /// Changes the FPB. Instructions that were or are replaced are decoded again.
+    pub(in crate::cpu) fn change_fpb(&mut self, change: impl FnOnce(&mut Fpb)) {
+        let before = self.fpb.words();
+        change(&mut self.fpb);
+        for word in before.into_iter().chain(self.fpb.words()) {
+            self.invalidate(word..word + 4);
+        }
     }
 
     /// ICSR (B3.2.4).

@@ -19,6 +19,7 @@ use std::ops::Range;
 
 use crate::cpu::core::{Core, Unpredictable};
 use crate::cpu::registers::{APSR, Control, EPSR_IT, EPSR_T, Flags};
+use crate::cpu::system::fpb::Fpb;
 use crate::cpu::system::nvic::{PRIORITY_BITS, lines};
 use crate::cpu::system::scb::{CCR_BITS, SCR_BITS};
 use crate::cpu::trap::INTERRUPTS;
@@ -99,6 +100,8 @@ const ISER: Range<u32> = 0xE000_E100..0xE000_E110;
 const ISPR: Range<u32> = 0xE000_E200..0xE000_E210;
 const IABR: Range<u32> = 0xE000_E300..0xE000_E310;
 const IPR: Range<u32> = 0xE000_E400..0xE000_E464;
+const FPB: u32 = 0xE000_2000;
+const FPB_END: u32 = 0xE000_2028;
 const AIRCR: u32 = 0xE000_ED0C;
 /// PRIGROUP in AIRCR.
 const PRIGROUP: u32 = 8;
@@ -114,7 +117,7 @@ const STORED: [(&str, u32, u32); 8] = [
     ("MPU.CTRL", 0xE000_ED94, 0b111),
 ];
 
-/// Returns the registers of NVIC, SysTick, system control block and MPU that [`Core::flip_system`] can change.
+/// Returns the registers of FPB, NVIC, SysTick, system control block and MPU that [`Core::flip_system`] can change.
 #[must_use]
 pub fn system_registers() -> Vec<StateRegister> {
     let register = |name: String, address, bits| StateRegister { name, address, bits };
@@ -130,8 +133,16 @@ pub fn system_registers() -> Vec<StateRegister> {
     let systick = SYSTICK_NAMES.into_iter().zip((SYSTICK..).step_by(4));
     let systick = systick.map(|((name, bits), address)| (format!("SysTick.{name}"), address, bits));
     let stored = STORED.into_iter().map(|(name, address, bits)| (name.to_owned(), address, bits));
+    let fpb = Fpb::stored().zip(0..).map(|((offset, bits), n)| {
+        let name = match n {
+            0 => "FPB.FP_CTRL".to_owned(),
+            1 => "FPB.FP_REMAP".to_owned(),
+            _ => format!("FPB.FP_COMP{}", n - 2),
+        };
+        (name, FPB + offset, bits)
+    });
     let prigroup = std::iter::once(("SCB.AIRCR".to_owned(), AIRCR, 0b111 << PRIGROUP));
-    let all = of_sets.chain(priorities).chain(systick).chain(stored).chain(prigroup);
+    let all = of_sets.chain(priorities).chain(systick).chain(stored).chain(prigroup).chain(fpb);
     all.map(|(name, address, bits)| register(name, address, bits)).collect()
 }
 
@@ -192,6 +203,7 @@ impl Core {
                 let new = self.nvic.priorities(first) ^ 1 << bit;
                 self.nvic.set_priorities(first, new, u32::MAX);
             }
+            FPB..FPB_END => self.change_fpb(|fpb| fpb.flip(address - FPB, 1 << bit)),
             AIRCR => self.scb.prigroup ^= 1 << (bit - PRIGROUP),
             SYSTICK..=0xE000_E018 => self.systick.flip(address - SYSTICK, bit, self.cycle),
             _ => return self.flip_stored(address, bit),

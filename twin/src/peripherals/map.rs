@@ -6,6 +6,7 @@ use super::timers::{self, TIM3, TIM5};
 use crate::mmio::{Refusal, Width};
 use crate::part::Part;
 
+pub(super) const CRC_BIT: u32 = 12;
 pub(super) const DMA_BITS: [u32; 2] = [21, 22];
 pub(super) const I2C_BITS: [u32; 3] = [21, 22, 23];
 pub(super) const CAN1_BIT: u32 = 25;
@@ -21,6 +22,7 @@ pub(super) enum Block {
     Syscfg,
     Exti,
     Gpio(usize),
+    Crc,
     Rcc,
     Flash,
     Dma(usize),
@@ -44,6 +46,7 @@ impl Block {
                 let port = (base as usize - 0x4002_0000) >> 10;
                 return (port < part.ports()).then_some((Block::Gpio(port), base));
             }
+            0x4002_3000 => Block::Crc,
             0x4002_3800 => Block::Rcc,
             0x4002_3C00 => Block::Flash,
             base @ (0x4002_6000 | 0x4002_6400) => Block::Dma((base as usize - 0x4002_6000) >> 10),
@@ -64,6 +67,7 @@ impl Block {
         match self {
             Block::Can
             | Block::Gpio(_)
+            | Block::Crc
             | Block::Rcc
             | Block::Pwr
             | Block::Syscfg
@@ -87,6 +91,7 @@ impl Block {
             Block::Pwr => (APB1, PWR_BIT),
             Block::Syscfg => (APB2, SYSCFG_BIT),
             Block::Gpio(port) => (AHB1, port as u32),
+            Block::Crc => (AHB1, CRC_BIT),
             Block::Dma(n) => (AHB1, DMA_BITS[n]),
             Block::I2c(n) => (APB1, I2C_BITS[n]),
             Block::Timer(n) => return Some(timers::TIMERS[n].gate),
@@ -97,11 +102,11 @@ impl Block {
         Some(Gate { bus, bit })
     }
 
-    /// Checks whether its registers support an access of this width (RM0090 10.5, 13.13, 21.4, 32.9,
+    /// Checks whether its registers support an access of this width (RM0090 4.4, 10.5, 13.13, 21.4, 32.9,
     /// 38.16).
     pub(super) fn takes(self, width: Width) -> Result<(), Refusal> {
         let taken = match self {
-            Block::Can | Block::Dma(_) | Block::Dbgmcu => width == Width::Word,
+            Block::Can | Block::Crc | Block::Dma(_) | Block::Dbgmcu => width == Width::Word,
             Block::Iwdg => width != Width::Byte,
             _ => true,
         };

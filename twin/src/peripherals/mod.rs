@@ -6,6 +6,7 @@
 #[cfg(test)]
 mod bench;
 pub(crate) mod can_pins;
+mod crc;
 mod dma;
 mod exti;
 mod flash;
@@ -30,6 +31,7 @@ mod timers;
 mod upset;
 mod wires;
 
+use crc::Crc;
 use dma::Dma;
 use exti::{Exti, Syscfg};
 pub(crate) use flash::Change;
@@ -105,6 +107,7 @@ pub struct Peripherals {
     gpio: [Gpio; Pin::PORTS],
     exti: Exti,
     syscfg: Syscfg,
+    crc: Crc,
     dma: [Dma; 2],
     pub(crate) i2c: Buses,
     timers: Timers,
@@ -143,6 +146,7 @@ impl Peripherals {
             gpio: std::array::from_fn(Gpio::new),
             exti: Exti::default(),
             syscfg: Syscfg::default(),
+            crc: Crc::default(),
             dma: [Dma::new(0), Dma::new(1)],
             i2c: Buses::default(),
             timers: Timers::default(),
@@ -186,6 +190,7 @@ impl Peripherals {
         self.gpio.iter_mut().for_each(Gpio::reset);
         self.exti = Exti::default();
         self.syscfg = Syscfg::default();
+        self.crc = Crc::default();
         self.dma.iter_mut().for_each(Dma::reset);
         self.i2c.reset();
         self.timers.reset();
@@ -223,6 +228,7 @@ impl Peripherals {
             Block::Syscfg => self.syscfg.read(word),
             Block::Exti => self.exti.read(word),
             Block::Gpio(port) => self.gpio[port].read(word),
+            Block::Crc => self.crc.read(word),
             Block::Rcc => self.rcc.read(now, word),
             Block::Flash => self.flash.read(word),
             Block::Dbgmcu => self.dbgmcu.read(word),
@@ -271,6 +277,7 @@ impl Peripherals {
             Block::Pwr => self.pwr.write(word, value),
             Block::Syscfg => self.syscfg.write(word, value),
             Block::Exti => self.exti.write(word, value),
+            Block::Crc => self.crc.write(word, value),
             // The backup domain ignores stores without DBP.
             Block::Rcc if word == BDCR && !self.pwr.allows_backup() => Some(()),
             Block::Rcc => self.rcc.write(now, word, value),

@@ -1,6 +1,7 @@
 //! Resets by RCC (RM0090 7.3.5 to 7.3.9).
 
 use super::Peripherals;
+use super::crc::Crc;
 use super::exti::Syscfg;
 use super::map::*;
 use super::rcc::{AHB1, APB1, APB2};
@@ -15,6 +16,9 @@ impl Peripherals {
             if hit(AHB1, port as u32) {
                 gpio.reset();
             }
+        }
+        if hit(AHB1, CRC_BIT) {
+            self.crc = Crc::default();
         }
         for (dma, bit) in self.dma.iter_mut().zip(DMA_BITS) {
             if hit(AHB1, bit) {

@@ -15,13 +15,14 @@ use crate::mmio::{Now, Refusal};
 use crate::wire::time::Time;
 
 /// First addresses of the blocks that hold state, besides timers and ports.
-const BLOCKS: [u32; 12] = [
+const BLOCKS: [u32; 13] = [
     0x4000_3000, // IWDG
     0x4000_6400, // CAN1
     0x4000_6800, // CAN2
     0x4000_7000, // PWR
     0x4001_3800, // SYSCFG
     0x4001_3C00, // EXTI
+    0x4002_3000, // CRC
     0x4002_3800, // RCC
     0x4002_3C00, // FLASH
     0x4002_6000, // DMA1
@@ -71,6 +72,7 @@ impl Peripherals {
             Block::Can => self.can.stored(Side::Can1),
             Block::Timer(n) if self.timers.is_touched(n) => self.timers.all[n].stored(),
             Block::Gpio(port) => self.gpio[port].stored(|n| self.part.has_pin(self.pin(port, n))),
+            Block::Crc => self.crc.stored(),
             Block::Rcc => self.rcc.stored(),
             Block::Flash => self.flash.stored(),
             Block::Dma(n) => self.dma[n].stored(),
@@ -109,6 +111,7 @@ impl Peripherals {
                 self.pin_changes.extend(gpio.flip(now.time, offset, mask));
                 self.follow_pins(now.cycle);
             }
+            Block::Crc => self.crc.flip(offset, mask),
             Block::Rcc => {
                 self.rcc.flip(now, offset, mask);
                 if let Some((bus, bits)) = self.rcc.resets.take() {

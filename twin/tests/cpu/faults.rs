@@ -222,8 +222,8 @@ fn unprivileged_code_has_no_system_registers() {
 #[test]
 fn register_that_is_not_modelled_stops_with_its_address() {
     let mut board = Board::new(&[LDR, STR]);
-    board.set(|registers| registers.r[0] = 0xE000_2000);
-    let stop = |write, instruction| Err(Stop::Unmodelled { instruction, address: 0xE000_2000, write });
+    board.set(|registers| registers.r[0] = 0xE000_0E00);
+    let stop = |write, instruction| Err(Stop::Unmodelled { instruction, address: 0xE000_0E00, write });
     assert_eq!(board.try_step(), stop(false, CODE));
     board.set(|registers| registers.r[15] = CODE + 2);
     assert_eq!(board.try_step(), stop(true, CODE + 2));

@@ -6,6 +6,7 @@ mod debug;
 mod events;
 mod exceptions;
 mod faults;
+mod flash_patch;
 mod fpu;
 mod integer;
 mod lock_up;
