@@ -119,14 +119,14 @@ fn access_to_unmodelled_address_names_board_pc_and_address() {
     assert_eq!(board.counters().instructions, counted, "it stays stopped");
 }
 
-/// Given a store to FP_CTRL of the flash patch unit, which the core does not have, then the board stops before the store.
+/// Given a store to ITM_TER, which the core does not have, then the board stops before the store.
 #[test]
 fn unmodelled_system_register_stops_the_board() {
-    let error = refused(board("patched", image(&store(0xE000_2000, 1), &STOP)), Time::from_us(50));
-    assert_eq!((error.address, error.write, error.refusal), (0xE000_2000, true, Refusal::SystemRegister));
+    let error = refused(board("traced", image(&store(0xE000_0E00, 1), &STOP)), Time::from_us(50));
+    assert_eq!((error.address, error.write, error.refusal), (0xE000_0E00, true, Refusal::SystemRegister));
     assert_eq!(error.pc, 0x0800_0210);
     let text = error.to_string();
-    for part in ["patched", "store to a system register of the core", "E0002000h", "08000210h"] {
+    for part in ["traced", "store to a system register of the core", "E0000E00h", "08000210h"] {
         assert!(text.contains(part), "{text}");
     }
 }
