@@ -15,15 +15,9 @@
 //!
 //! Verifies: ECSS 5.6.2a
 
-use ecss_can::link::bit_timing::BitRate;
 use ecss_can::types::{Duration, Instant};
 
-/// Bit times after which mailboxes are empty: twice a frame with the error frame after it.
-const EMPTYING_BITS: u32 = 400;
-/// Least value of that time, for high bit rates.
-const EMPTYING: Duration = Duration::from_millis(5);
-
-/// Multiple of that time after which a request counts as stalled: the controller is defective or its bus is dominant
+/// Multiple of the time for emptying mailboxes after which a request counts as stalled: the controller is defective or its bus is dominant
 /// all the time.
 const STALLED: u32 = 10;
 
@@ -80,8 +74,8 @@ pub(super) struct Mode {
 }
 
 impl Mode {
-    /// Starts with INRQ set at `now`, for the first time.
-    pub fn entering(bit_rate: BitRate, now: Instant) -> Self {
+    /// Starts with INRQ set at `now`, for the first time. `emptying`: time that mailboxes may take to become empty.
+    pub fn entering(emptying: Duration, now: Instant) -> Self {
         Mode {
             step: Step::Entering,
             since: now,
@@ -89,7 +83,7 @@ impl Mode {
             on_bus: false,
             listens: false,
             stall_told: false,
-            emptying: bit_rate.span(EMPTYING_BITS).max(EMPTYING),
+            emptying,
         }
     }
 
@@ -129,6 +123,14 @@ impl Mode {
     pub fn lose(&mut self, now: Instant) -> Option<Request> {
         self.configured = None;
         self.is_init().then(|| self.enter(Step::Entering, Request::Init, now))
+    }
+
+    /// Takes the mode from a controller in which no change is in progress, if a bit of this one flipped: then the two differ.
+    pub fn restore(&mut self, on_bus: bool, listens: bool) {
+        if !self.is_settled() {
+            (self.on_bus, self.listens, self.configured) = (on_bus, listens, Some(listens));
+            self.step = if on_bus { Step::OnBus } else { Step::Silent };
+        }
     }
 
     /// Returns the next write. Call it after every change until it returns `None`.
@@ -191,7 +193,9 @@ impl Mode {
 mod tests {
     use super::*;
 
-    const FAST: BitRate = BitRate::MBIT_1;
+    const FAST: Duration = Duration::from_millis(5);
+    /// 400 bits at 10 kbit/s.
+    const SLOW: Duration = Duration::from_millis(40);
     const INIT: Seen = Seen { init: true, empty: true };
     const NORMAL: Seen = Seen { init: false, empty: true };
     const SENDING: Seen = Seen { init: false, empty: false };
@@ -269,6 +273,45 @@ mod tests {
         assert_eq!((mode.configured(), mode.is_silent()), (Some(false), true));
     }
 
+    /// Given a controller on its bus, off it or listening, when any field of its mode flips, then the mode is as before.
+    #[test]
+    fn flipped_mode_is_taken_from_the_controller() {
+        type Flip = fn(&mut Mode);
+        let flips: [Flip; 9] = [
+            |mode| mode.on_bus = !mode.on_bus,
+            |mode| mode.listens = !mode.listens,
+            |mode| mode.configured = None,
+            |mode| mode.configured = mode.configured.map(|listens| !listens),
+            |mode| mode.step = Step::Entering,
+            |mode| mode.step = Step::Silent,
+            |mode| mode.step = Step::Joining,
+            |mode| mode.step = Step::OnBus,
+            |mode| mode.step = Step::Emptying,
+        ];
+        for (flip, (on_bus, listens)) in
+            flips.iter().flat_map(|flip| [(false, false), (true, false), (true, true)].map(|mode| (flip, mode)))
+        {
+            let mut mode = silent();
+            mode.want(on_bus, listens);
+            requests(&mut mode, INIT, ms(1));
+            requests(&mut mode, NORMAL, ms(2));
+            assert!(mode.is_settled());
+            let before = format!("{:?}", (mode.step, mode.configured, mode.on_bus, mode.listens));
+            flip(&mut mode);
+            mode.restore(on_bus, listens);
+            let after = format!("{:?}", (mode.step, mode.configured, mode.on_bus, mode.listens));
+            assert_eq!(after, before);
+        }
+    }
+
+    /// Given a controller on its bus, when its INRQ flips, then its mode stays as it was.
+    #[test]
+    fn settled_mode_is_not_taken_from_the_controller() {
+        let mut mode = on_bus();
+        mode.restore(false, false);
+        assert!(mode.is_wanted_to_send() && mode.is_settled());
+    }
+
     /// Verifies: ECSS 8.2.1a.1
     #[test]
     fn a_bus_is_left_when_the_mailboxes_are_empty() {
@@ -294,7 +337,7 @@ mod tests {
     /// A frame of 8 bytes takes up to 13.5 ms there, the error frame after it 2.3 ms.
     #[test]
     fn a_slow_bus_has_time_to_empty_a_mailbox() {
-        let mut mode = Mode::entering(BitRate::KBIT_10, ms(0));
+        let mut mode = Mode::entering(SLOW, ms(0));
         mode.want(true, false);
         assert_eq!(requests(&mut mode, INIT, ms(0)), [CONFIGURE, Request::Normal]);
         assert_eq!(requests(&mut mode, NORMAL, ms(2)), []);

@@ -9,7 +9,6 @@ use core::pin::Pin;
 use core::task::{Context, Poll};
 
 use ecss_can::link::Stamp;
-use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::one_controller::Movable;
 use ecss_can::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
 use ecss_can::runner::Clock;
@@ -37,6 +36,7 @@ use super::status::{Enables, Status};
 use crate::Uptime;
 use crate::alternate::{AlternatePin, Direction};
 use crate::stamping::FrameStamps;
+use crate::timing::ControllerTiming;
 
 /// Lower than the priority of the timer driver, whose interrupt maintains the time of the stamps.
 const PRIORITY: Priority = Priority::P6;
@@ -59,7 +59,7 @@ pub struct Port<S> {
     filters: usize,
     events: &'static EventQueue,
     mailboxes: Mailboxes,
-    timing: BitTiming,
+    timing: ControllerTiming,
     stamps: S,
     mode: Mode,
     rx: AlternatePin,
@@ -82,7 +82,7 @@ impl<S> Port<S> {
     pub fn new<T: Controller>(
         lines: CanLines<T>,
         _interrupts: impl ControllerInterrupts<T>,
-        timing: BitTiming,
+        timing: ControllerTiming,
         stamps: S,
     ) -> Port<S> {
         rcc::enable_and_reset::<T>();
@@ -97,7 +97,7 @@ impl<S> Port<S> {
             mailboxes: Mailboxes::default(),
             timing,
             stamps,
-            mode: Mode::entering(timing.bit_rate(), Uptime.now()),
+            mode: Mode::entering(timing.emptying(), Uptime.now()),
             rx: lines.rx,
             tx: lines.tx,
             compared: 0,
@@ -152,7 +152,7 @@ impl<S> Port<S> {
 
     fn obey(&self, request: Request) {
         match request {
-            Request::Configure { listens } => controller::configure(self.registers, self.timing, listens),
+            Request::Configure { listens } => controller::configure(self.registers, &self.timing, listens),
             // In rising order: a waiting frame is in a lower mailbox than the last frame before it, and the end of that
             // one would request it.
             Request::Abort => (0..MAILBOXES).for_each(|n| self.give_up(Mailbox(n as u8))),
@@ -296,7 +296,7 @@ impl<S: FrameStamps> CanPort for Port<S> {
     }
 
     fn stamp(&mut self, frame: &Frame, reported: Stamp) -> Stamp {
-        let bit = u32::from(self.timing.prescaler()) * u32::from(self.timing.quanta()) * TICKS_PER_CLOCK;
+        let bit = self.timing.clocks() * TICKS_PER_CLOCK;
         self.stamps.stamp(frame, reported, bit, || !self.holds(frame.id()))
     }
 

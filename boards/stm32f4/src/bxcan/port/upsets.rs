@@ -13,6 +13,7 @@ use crate::alternate::Direction;
 use crate::bxcan::{banks, controller, registers};
 use crate::registers::count;
 use crate::stamping::FrameStamps;
+use crate::timing::ControllerTiming;
 
 /// Parts that are compared in turn.
 const PARTS: u8 = 4;
@@ -40,6 +41,10 @@ impl<S: FrameStamps> Port<S> {
             count(controller.ier().as_ptr() as u32);
         }
         controller::mend_interrupts(self.first_bank);
+        if self.is_quiet {
+            let is_init = controller.mcr().read().inrq();
+            self.mode.restore(!is_init, ControllerTiming::listens(controller.btr().read().0));
+        }
         let Some(address) = self.lost_setting(controller) else { return };
         count(address);
         if let Some(request) = self.mode.lose(Uptime.now()) {
@@ -50,12 +55,14 @@ impl<S: FrameStamps> Port<S> {
     }
 
     /// Returns the address of MCR or BTR if it is not as the port has written it.
-    fn lost_setting(&self, controller: Can) -> Option<u32> {
+    fn lost_setting(&mut self, controller: Can) -> Option<u32> {
         if controller.mcr().read() != registers::mode(self.mode.is_init()) {
             return Some(controller.mcr().as_ptr() as u32);
         }
         let listens = self.mode.configured()?;
-        let is_lost = controller.btr().read() != controller::settings(self.timing, listens);
+        let found = controller.btr().read().0;
+        self.timing.restore(found);
+        let is_lost = found != self.timing.register(listens);
         is_lost.then(|| controller.btr().as_ptr() as u32)
     }
 }
