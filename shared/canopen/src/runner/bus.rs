@@ -90,6 +90,8 @@ enum Abort {
 /// State of a bus: its controller, and the frames of the node in it.
 pub(super) struct BusState<P: CanPort> {
     bus: Bus,
+    /// Whether it is the redundant bus: copies of `bus`, which a flipped bit must not change.
+    copies: [bool; 2],
     port: P,
     mailboxes: P::PerMailbox<Option<Pending>>,
     /// As the node knows it.
@@ -122,6 +124,7 @@ impl<P: CanPort> BusState<P> {
     pub fn new(bus: Bus, port: P) -> Self {
         BusState {
             bus,
+            copies: [bus == Bus::Redundant; 2],
             port,
             mailboxes: Default::default(),
             health: Health::default(),
@@ -309,6 +312,9 @@ impl<P: CanPort> BusState<P> {
         }
         if self.poll <= now || self.poll > now + POLL {
             self.poll = now + POLL;
+            if self.copies[0] == self.copies[1] {
+                self.bus = if self.copies[0] { Bus::Redundant } else { Bus::Nominal };
+            }
             self.refresh.step(&mut self.port, &*shared.node);
         }
         self.update_due(shared);
@@ -423,4 +429,38 @@ fn word(&Health { state, tec, rec, last_error }: &Health) -> u32 {
 /// The part of health that decisions depend on: the state, and whether frames stay without acknowledgement.
 fn verdict(health: &Health) -> (ErrorState, bool) {
     (health.state, health.state == ErrorState::Passive && health.last_error == LastError::Ack)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mock::{LoopbackPort, ManualClock};
+    use crate::node::probe::Probe;
+    use crate::node::{CanopenSlave, Settings};
+    use crate::runner::Diagnostics;
+    use crate::types::NodeId;
+
+    extern crate alloc;
+
+    use alloc::boxed::Box;
+
+    /// Given the task of a bus, when its bus or a copy of it flips, then it works for its bus after the next poll.
+    #[test]
+    fn flipped_bus_is_corrected_with_the_next_poll() {
+        static DIAGNOSTICS: Diagnostics = Diagnostics::new();
+        let flips: [fn(&mut BusState<LoopbackPort>); 3] = [
+            |state| state.bus = state.bus.other(),
+            |state| state.copies[0] = !state.copies[0],
+            |state| state.copies[1] = !state.copies[1],
+        ];
+        for (bus, flip) in Bus::ALL.into_iter().flat_map(|bus| flips.map(|flip| (bus, flip))) {
+            let slave = CanopenSlave::new(NodeId::of::<5>(), &Settings::DEFAULT, Probe::default());
+            let mut shared = Shared::new(Box::leak(Box::new(slave)), &DIAGNOSTICS);
+            let mut state = BusState::new(bus, LoopbackPort::new(&ManualClock::new()));
+            state.poll_from(Instant::ZERO);
+            flip(&mut state);
+            state.on_time(&mut shared, Instant::ZERO + POLL);
+            assert_eq!(state.bus, bus);
+        }
+    }
 }
