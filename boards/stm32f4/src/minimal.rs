@@ -30,7 +30,11 @@ pub struct MinimalBoard<B> {
 impl<B: BoardSpec> MinimalBoard<B> {
     /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement) and reads the straps.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
-    pub fn new(resources: B::Resources, timing: ControllerTiming, irqs: impl CanInterrupts) -> MinimalBoard<B> {
+    pub fn new(
+        resources: B::Resources,
+        timing: ControllerTiming,
+        irqs: impl CanInterrupts,
+    ) -> MinimalBoard<B> {
         let Wiring { nominal, redundant, straps, leds, .. } = B::wiring(resources);
         let (_, from_outside) = watch(B::HCLK);
         let [bit_0, bit_1, bit_2, bit_3, parity, _] = straps;

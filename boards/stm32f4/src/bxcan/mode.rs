@@ -125,11 +125,10 @@ impl Mode {
         self.is_init().then(|| self.enter(Step::Entering, Request::Init, now))
     }
 
-    /// Takes the mode from a controller in which no change is in progress, if a bit of this one flipped: then the two differ.
+    /// Takes what was requested from a controller in which no change is in progress. If it contradicts the state, a bit flipped.
     pub fn restore(&mut self, on_bus: bool, listens: bool) {
         if !self.is_settled() {
-            (self.on_bus, self.listens, self.configured) = (on_bus, listens, Some(listens));
-            self.step = if on_bus { Step::OnBus } else { Step::Silent };
+            self.want(on_bus, listens);
         }
     }
 
@@ -164,6 +163,7 @@ impl Mode {
     }
 
     /// Returns whether the controller has reached the requested mode.
+    #[cfg_attr(target_os = "none", inline(never))] // row `size.pyboard-v11.slave.flash`
     pub fn is_settled(&self) -> bool {
         self.is_configured() && self.step == if self.on_bus { Step::OnBus } else { Step::Silent }
     }
@@ -273,34 +273,23 @@ mod tests {
         assert_eq!((mode.configured(), mode.is_silent()), (Some(false), true));
     }
 
-    /// Given a controller on its bus, off it or listening, when any field of its mode flips, then the mode is as before.
+    /// Given a controller on its bus, off it or listening, when a bit of the request flips, then it is requested as before.
     #[test]
-    fn flipped_mode_is_taken_from_the_controller() {
+    fn flipped_request_is_taken_from_the_controller() {
         type Flip = fn(&mut Mode);
-        let flips: [Flip; 9] = [
-            |mode| mode.on_bus = !mode.on_bus,
-            |mode| mode.listens = !mode.listens,
-            |mode| mode.configured = None,
-            |mode| mode.configured = mode.configured.map(|listens| !listens),
-            |mode| mode.step = Step::Entering,
-            |mode| mode.step = Step::Silent,
-            |mode| mode.step = Step::Joining,
-            |mode| mode.step = Step::OnBus,
-            |mode| mode.step = Step::Emptying,
-        ];
-        for (flip, (on_bus, listens)) in
-            flips.iter().flat_map(|flip| [(false, false), (true, false), (true, true)].map(|mode| (flip, mode)))
+        let flips: [Flip; 2] = [|mode| mode.on_bus = !mode.on_bus, |mode| mode.listens = !mode.listens];
+        for (flip, (on_bus, listens)) in flips
+            .iter()
+            .flat_map(|flip| [(false, false), (true, false), (true, true)].map(|mode| (flip, mode)))
         {
             let mut mode = silent();
             mode.want(on_bus, listens);
             requests(&mut mode, INIT, ms(1));
             requests(&mut mode, NORMAL, ms(2));
             assert!(mode.is_settled());
-            let before = format!("{:?}", (mode.step, mode.configured, mode.on_bus, mode.listens));
             flip(&mut mode);
             mode.restore(on_bus, listens);
-            let after = format!("{:?}", (mode.step, mode.configured, mode.on_bus, mode.listens));
-            assert_eq!(after, before);
+            assert_eq!((mode.on_bus, mode.listens, mode.is_settled()), (on_bus, listens, true));
         }
     }
 

@@ -64,6 +64,8 @@ pub struct Port<S> {
     mode: Mode,
     rx: AlternatePin,
     tx: AlternatePin,
+    /// [`Port::pin_check`] at the start.
+    pins: u8,
     /// Part of the registers that was compared last.
     compared: u8,
     /// A recovery from bus-off may be in progress.
@@ -100,6 +102,7 @@ impl<S> Port<S> {
             mode: Mode::entering(timing.emptying(), Uptime.now()),
             rx: lines.rx,
             tx: lines.tx,
+            pins: 0,
             compared: 0,
             recovering: false,
             is_quiet: false,
@@ -114,8 +117,8 @@ impl<S> Port<S> {
         self.obey(Request::Init);
         enable_sources(self.registers, Enables::ALL);
         // The pins are connected last, because CAN_TX is recessive in Init mode.
-        self.rx.connect(Direction::Input);
-        self.tx.connect(Direction::Output);
+        self.pins = self.pin_check();
+        self.connect();
         for _ in 0..INIT_POLLS {
             self.advance();
             if self.mode.is_settled() {
@@ -123,6 +126,17 @@ impl<S> Port<S> {
             }
         }
         self
+    }
+
+    /// Connects the pins to the controller.
+    fn connect(&mut self) {
+        self.rx.connect(Direction::Input);
+        self.tx.connect(Direction::Output);
+    }
+
+    /// Returns a number that each flipped bit of the pins changes.
+    fn pin_check(&self) -> u8 {
+        self.rx.check() ^ self.tx.check()
     }
 
     fn write_filter(&mut self, number: usize, filter: Filter) {

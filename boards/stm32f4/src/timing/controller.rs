@@ -17,15 +17,17 @@ const LISTENS: u32 = 1 << 31;
 /// Bit times after which mailboxes are empty: twice a frame with the error frame after it.
 const EMPTYING_BITS: u32 = 400;
 /// Least value of that time, for high bit rates, in microseconds.
-const EMPTYING: u32 = 5_000;
+const EMPTYING: u16 = 5_000;
 
 /// Bit timing of a bxCAN controller, from [`bit_timing`](crate::bit_timing). Its settings can be changed in Init mode only.
 #[derive(Clone, Copy, Debug)]
 pub struct ControllerTiming {
     value: u32,
     complement: u32,
+    /// Length of a bit in clocks of the controller.
+    clocks: u16,
     /// Time that mailboxes may take to become empty, in microseconds.
-    emptying: u32,
+    emptying: u16,
 }
 
 impl ControllerTiming {
@@ -36,9 +38,10 @@ impl ControllerTiming {
         let segment2 = (timing.segment2() as u32 - 1) << TS2;
         let jump_width = (timing.jump_width() as u32 - 1) << SJW;
         let value = prescaler | segment1 | segment2 | jump_width;
-        let emptying = timing.bit_rate().span(EMPTYING_BITS).as_micros() as u32;
+        let emptying = timing.bit_rate().span(EMPTYING_BITS).as_micros() as u16;
         let emptying = if emptying > EMPTYING { emptying } else { EMPTYING };
-        ControllerTiming { value, complement: !value, emptying }
+        let clocks = timing.prescaler() * timing.quanta() as u16;
+        ControllerTiming { value, complement: !value, clocks, emptying }
     }
 
     /// Returns the value of CAN_BTR. `listens`: the controller drives no dominant bit.
@@ -53,8 +56,7 @@ impl ControllerTiming {
 
     /// Returns the length of a bit in clocks of the controller.
     pub fn clocks(&self) -> u32 {
-        let quanta = 3 + (self.value >> TS1 & 0xF) + (self.value >> TS2 & 0x7);
-        ((self.value & 0x3FF) + 1) * quanta
+        self.clocks.into()
     }
 
     /// Returns the time that mailboxes may take to become empty.
@@ -87,7 +89,10 @@ mod tests {
     fn settings_are_those_of_the_bit_timing() {
         assert_eq!(settings().register(false), 2 | 10 << 16 | 1 << 20);
         assert_eq!(settings().register(true), 2 | 10 << 16 | 1 << 20 | 1 << 31);
-        assert!(ControllerTiming::listens(settings().register(true)) && !ControllerTiming::listens(settings().register(false)));
+        assert!(
+            ControllerTiming::listens(settings().register(true))
+                && !ControllerTiming::listens(settings().register(false))
+        );
         assert_eq!(settings().clocks(), 42);
     }
 

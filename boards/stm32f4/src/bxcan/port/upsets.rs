@@ -25,13 +25,23 @@ impl<S: FrameStamps> Port<S> {
         match self.compared {
             0 => self.mend_controller(),
             1 => banks::mend(self.first_bank, self.filters),
-            #[cfg(feature = "full")]
-            2 => {
-                self.rx.mend(Direction::Input);
-                self.tx.mend(Direction::Output);
-            }
+            2 => self.mend_pins(),
             _ => self.stamps.mend(),
         }
+    }
+
+    /// Connects the pins again, unless a bit of what is known of them flipped. A full node does so if their settings differ.
+    fn mend_pins(&mut self) {
+        if self.pins != self.pin_check() {
+            return;
+        }
+        #[cfg(feature = "full")]
+        {
+            self.rx.mend(Direction::Input);
+            self.tx.mend(Direction::Output);
+        }
+        #[cfg(not(feature = "full"))]
+        self.connect();
     }
 
     /// Enables the interrupts again. For mode and bit timing the controller leaves its bus and joins again.
@@ -41,10 +51,6 @@ impl<S: FrameStamps> Port<S> {
             count(controller.ier().as_ptr() as u32);
         }
         controller::mend_interrupts(self.first_bank);
-        if self.is_quiet {
-            let is_init = controller.mcr().read().inrq();
-            self.mode.restore(!is_init, ControllerTiming::listens(controller.btr().read().0));
-        }
         let Some(address) = self.lost_setting(controller) else { return };
         count(address);
         if let Some(request) = self.mode.lose(Uptime.now()) {
@@ -56,13 +62,16 @@ impl<S: FrameStamps> Port<S> {
 
     /// Returns the address of MCR or BTR if it is not as the port has written it.
     fn lost_setting(&mut self, controller: Can) -> Option<u32> {
-        if controller.mcr().read() != registers::mode(self.mode.is_init()) {
+        let (mode, timing) = (controller.mcr().read(), controller.btr().read().0);
+        if self.is_quiet {
+            self.mode.restore(!mode.inrq(), ControllerTiming::listens(timing));
+        }
+        if mode != registers::mode(self.mode.is_init()) {
             return Some(controller.mcr().as_ptr() as u32);
         }
         let listens = self.mode.configured()?;
-        let found = controller.btr().read().0;
-        self.timing.restore(found);
-        let is_lost = found != self.timing.register(listens);
+        self.timing.restore(timing);
+        let is_lost = timing != self.timing.register(listens);
         is_lost.then(|| controller.btr().as_ptr() as u32)
     }
 }
