@@ -1,5 +1,8 @@
 //! Runner of one bus: events of its controller, mailboxes, lifetimes, leaving the bus.
 
+#[cfg(test)]
+mod tests;
+
 use core::convert::Infallible;
 use core::future::poll_fn;
 use core::pin::pin;
@@ -429,38 +432,4 @@ fn word(&Health { state, tec, rec, last_error }: &Health) -> u32 {
 /// The part of health that decisions depend on: the state, and whether frames stay without acknowledgement.
 fn verdict(health: &Health) -> (ErrorState, bool) {
     (health.state, health.state == ErrorState::Passive && health.last_error == LastError::Ack)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mock::{LoopbackPort, ManualClock};
-    use crate::node::probe::Probe;
-    use crate::node::{CanopenSlave, Settings};
-    use crate::runner::Diagnostics;
-    use crate::types::NodeId;
-
-    extern crate alloc;
-
-    use alloc::boxed::Box;
-
-    /// Given the task of a bus, when its bus or a copy of it flips, then it works for its bus after the next poll.
-    #[test]
-    fn flipped_bus_is_corrected_with_the_next_poll() {
-        static DIAGNOSTICS: Diagnostics = Diagnostics::new();
-        let flips: [fn(&mut BusState<LoopbackPort>); 3] = [
-            |state| state.bus = state.bus.other(),
-            |state| state.copies[0] = !state.copies[0],
-            |state| state.copies[1] = !state.copies[1],
-        ];
-        for (bus, flip) in Bus::ALL.into_iter().flat_map(|bus| flips.map(|flip| (bus, flip))) {
-            let slave = CanopenSlave::new(NodeId::of::<5>(), &Settings::DEFAULT, Probe::default());
-            let mut shared = Shared::new(Box::leak(Box::new(slave)), &DIAGNOSTICS);
-            let mut state = BusState::new(bus, LoopbackPort::new(&ManualClock::new()));
-            state.poll_from(Instant::ZERO);
-            flip(&mut state);
-            state.on_time(&mut shared, Instant::ZERO + POLL);
-            assert_eq!(state.bus, bus);
-        }
-    }
 }
