@@ -4,7 +4,7 @@
 mod mend;
 
 use embassy_stm32::Peri;
-use embassy_stm32::gpio::{AfType, AnyPin, Flex, OutputType, Pull, Speed};
+use embassy_stm32::gpio::{AfType, AnyPin, Flex, OutputType, Pin, Pull, Speed};
 
 /// A pin and the number of the alternate function that it is wired for.
 pub(crate) struct AlternatePin(pub u8, pub Peri<'static, AnyPin>);
@@ -19,6 +19,11 @@ pub(crate) enum Direction {
 }
 
 impl AlternatePin {
+    /// Returns a number that each flipped bit of pin or function changes.
+    pub fn check(&self) -> u8 {
+        self.0 ^ (self.1.port() << 4 | self.1.pin())
+    }
+
     /// Connects the pin to its peripheral.
     pub fn connect(&mut self, direction: Direction) {
         let kind = match direction {

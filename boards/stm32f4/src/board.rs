@@ -3,7 +3,6 @@
 use core::marker::PhantomData;
 
 use ecss_can::emcy::PostMortem;
-use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::node::Hardware;
 use ecss_can::runner::{Connection, Platform};
 use ecss_can::store::ParameterStore;
@@ -21,6 +20,7 @@ use crate::pulse::Pulse;
 use crate::spec::{BoardSpec, Wiring};
 use crate::store::{self, ChipFlash, ParameterLog};
 use crate::straps::{self, StrapError};
+use crate::timing::ControllerTiming;
 use crate::{Uptime, register_table, registers, retained, spare, supervisor};
 
 /// Peripherals and data of the board `B` for an image.
@@ -49,7 +49,7 @@ impl<B: BoardSpec> Board<B> {
     /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), opens the parameter
     /// store and reads the straps.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
-    pub fn new(resources: B::Resources, timing: BitTiming, irqs: impl CanInterrupts) -> Board<B> {
+    pub fn new(resources: B::Resources, timing: ControllerTiming, irqs: impl CanInterrupts) -> Board<B> {
         let Wiring { nominal, redundant, capture, edges, pulse, straps, leds, flash } = B::wiring(resources);
         let (post_mortem, from_outside) = watch(B::HCLK);
         let mut store = store(flash);

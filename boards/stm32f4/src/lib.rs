@@ -120,7 +120,7 @@ pub fn reset() -> ! {
 }
 
 pub use clocks::{ClockError, Clocks, Oscillator, OscillatorKind, TIMERS};
-pub use timing::{LIMITS, PCLK1, bit_timing};
+pub use timing::{ControllerTiming, LIMITS, PCLK1, bit_timing};
 
 #[cfg(target_os = "none")]
 pub use {

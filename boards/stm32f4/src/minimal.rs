@@ -2,7 +2,6 @@
 
 use core::marker::PhantomData;
 
-use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::runner::{Connection, Platform};
 use ecss_can::types::{NodeId, PerBus};
 
@@ -12,6 +11,7 @@ use crate::common::{CanInterrupts, Leds, strap_bits, watch};
 use crate::spec::{BoardSpec, Wiring};
 use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};
+use crate::timing::ControllerTiming;
 
 /// Board of a minimal slave: without capture of edges, parameter store and post-mortem record.
 ///
@@ -30,7 +30,11 @@ pub struct MinimalBoard<B> {
 impl<B: BoardSpec> MinimalBoard<B> {
     /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement) and reads the straps.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
-    pub fn new(resources: B::Resources, timing: BitTiming, irqs: impl CanInterrupts) -> MinimalBoard<B> {
+    pub fn new(
+        resources: B::Resources,
+        timing: ControllerTiming,
+        irqs: impl CanInterrupts,
+    ) -> MinimalBoard<B> {
         let Wiring { nominal, redundant, straps, leds, .. } = B::wiring(resources);
         let (_, from_outside) = watch(B::HCLK);
         let [bit_0, bit_1, bit_2, bit_3, parity, _] = straps;

@@ -2,7 +2,6 @@
 
 use core::marker::PhantomData;
 
-use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::one_controller::{OneController, Side, TransceiverSwitch};
 use ecss_can::runner::{Connection, Platform};
 use ecss_can::types::{Bus, NodeId, PerBus};
@@ -17,6 +16,7 @@ use crate::common::{CanInterrupts, Leds, strap_bits, watch};
 use crate::spec::{BoardSpec, Wiring};
 use crate::stamping::Interrupts;
 use crate::straps::{self, StrapError};
+use crate::timing::ControllerTiming;
 
 /// As [`MinimalBoard`](crate::MinimalBoard), with CAN1 only. An output pin selects the transceiver of the nominal bus
 /// (low) or of the redundant one (high). CAN2 stays in reset.
@@ -39,7 +39,7 @@ impl<B: BoardSpec> OneControllerBoard<B> {
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
     pub fn new(
         resources: B::Resources,
-        timing: BitTiming,
+        timing: ControllerTiming,
         irqs: impl CanInterrupts,
     ) -> OneControllerBoard<B> {
         let Wiring { nominal, redundant, straps, leds, .. } = B::wiring(resources);

@@ -1,5 +1,8 @@
 //! Bit timing of bxCAN with the clocks of all boards.
 
+mod controller;
+
+pub use controller::ControllerTiming;
 use ecss_can::link::bit_timing::{BitTiming, Hertz, Limits, Network, Range};
 
 use crate::clocks;
@@ -20,7 +23,11 @@ pub const LIMITS: Limits = Limits {
 ///
 /// # Panics
 /// When there is no bit timing.
-pub const fn bit_timing(network: &Network) -> BitTiming {
+pub const fn bit_timing(network: &Network) -> ControllerTiming {
+    ControllerTiming::new(&option(network))
+}
+
+const fn option(network: &Network) -> BitTiming {
     match BitTiming::new(&LIMITS, PCLK1, network) {
         Ok(timing) => timing,
         Err(error) => panic!("{}", error.message().as_str()),
@@ -65,7 +72,7 @@ mod tests {
             (worse(3_000), [3, 11, 2, 2], 857),
             (Network { jump_width: 1, ..worse(3_000) }, [3, 11, 2, 1], 857),
         ] {
-            let timing = bit_timing(&network);
+            let timing = option(&network);
             let segments = [timing.segment1(), timing.segment2(), timing.jump_width()].map(u16::from);
             let [ts1, ts2, sjw] = segments;
             assert_eq!([timing.prescaler(), ts1, ts2, sjw], registers, "{network:?}");
@@ -87,7 +94,7 @@ mod tests {
             (BitRate::KBIT_250, 168),
             (BitRate::KBIT_125, 336),
         ] {
-            let timing = bit_timing(&Network {
+            let timing = option(&Network {
                 bit_rate,
                 length: Metres(40),
                 node_delay: Network::NODE_DELAY,

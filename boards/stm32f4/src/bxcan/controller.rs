@@ -1,14 +1,13 @@
 //! The controllers of this chip and their settings.
 
 use cortex_m::peripheral::NVIC;
-use ecss_can::link::bit_timing::BitTiming;
 use embassy_stm32::pac::can::Can;
 use embassy_stm32::pac::can::regs::Btr;
-use embassy_stm32::pac::can::vals::Silm;
 use embassy_stm32::{can, pac, peripherals};
 
 use super::events::EventQueue;
 use crate::registers::count;
+use crate::timing::ControllerTiming;
 
 /// Filter banks of each controller; the second one's begin here (CAN2SB).
 pub(super) const BANKS: usize = 14;
@@ -46,19 +45,8 @@ impl Controller for peripherals::CAN2 {
 }
 
 /// Writes the settings that can be changed in Init mode only. `listens`: the controller drives no dominant bit.
-pub(super) fn configure(registers: Can, timing: BitTiming, listens: bool) {
-    registers.btr().write_value(settings(timing, listens));
-}
-
-/// Returns the settings that can be changed in Init mode only.
-pub(super) fn settings(timing: BitTiming, listens: bool) -> Btr {
-    let mut settings = Btr(0);
-    settings.set_brp(timing.prescaler() - 1);
-    settings.set_ts(0, timing.segment1() - 1);
-    settings.set_ts(1, timing.segment2() - 1);
-    settings.set_sjw(timing.jump_width() - 1);
-    settings.set_silm(if listens { Silm::SILENT } else { Silm::NORMAL });
-    settings
+pub(super) fn configure(registers: Can, timing: &ControllerTiming, listens: bool) {
+    registers.btr().write_value(Btr(timing.register(listens)));
 }
 
 /// Enables the interrupts of the controller with this first bank in the interrupt controller again: 19, 20, 22 of CAN1; 63, 64,

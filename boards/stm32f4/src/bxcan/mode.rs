@@ -15,15 +15,9 @@
 //!
 //! Verifies: ECSS 5.6.2a
 
-use ecss_can::link::bit_timing::BitRate;
 use ecss_can::types::{Duration, Instant};
 
-/// Bit times after which mailboxes are empty: twice a frame with the error frame after it.
-const EMPTYING_BITS: u32 = 400;
-/// Least value of that time, for high bit rates.
-const EMPTYING: Duration = Duration::from_millis(5);
-
-/// Multiple of that time after which a request counts as stalled: the controller is defective or its bus is dominant
+/// Multiple of the time for emptying mailboxes after which a request counts as stalled: the controller is defective or its bus is dominant
 /// all the time.
 const STALLED: u32 = 10;
 
@@ -80,8 +74,8 @@ pub(super) struct Mode {
 }
 
 impl Mode {
-    /// Starts with INRQ set at `now`, for the first time.
-    pub fn entering(bit_rate: BitRate, now: Instant) -> Self {
+    /// Starts with INRQ set at `now`, for the first time. `emptying`: time that mailboxes may take to become empty.
+    pub fn entering(emptying: Duration, now: Instant) -> Self {
         Mode {
             step: Step::Entering,
             since: now,
@@ -89,7 +83,7 @@ impl Mode {
             on_bus: false,
             listens: false,
             stall_told: false,
-            emptying: bit_rate.span(EMPTYING_BITS).max(EMPTYING),
+            emptying,
         }
     }
 
@@ -131,6 +125,13 @@ impl Mode {
         self.is_init().then(|| self.enter(Step::Entering, Request::Init, now))
     }
 
+    /// Takes what was requested from a controller in which no change is in progress. If it contradicts the state, a bit flipped.
+    pub fn restore(&mut self, on_bus: bool, listens: bool) {
+        if !self.is_settled() {
+            self.want(on_bus, listens);
+        }
+    }
+
     /// Returns the next write. Call it after every change until it returns `None`.
     pub fn advance(&mut self, seen: Seen, now: Instant) -> Option<Request> {
         match self.step {
@@ -162,6 +163,7 @@ impl Mode {
     }
 
     /// Returns whether the controller has reached the requested mode.
+    #[cfg_attr(target_os = "none", inline(never))] // row `size.pyboard-v11.slave.flash`
     pub fn is_settled(&self) -> bool {
         self.is_configured() && self.step == if self.on_bus { Step::OnBus } else { Step::Silent }
     }
@@ -191,7 +193,9 @@ impl Mode {
 mod tests {
     use super::*;
 
-    const FAST: BitRate = BitRate::MBIT_1;
+    const FAST: Duration = Duration::from_millis(5);
+    /// 400 bits at 10 kbit/s.
+    const SLOW: Duration = Duration::from_millis(40);
     const INIT: Seen = Seen { init: true, empty: true };
     const NORMAL: Seen = Seen { init: false, empty: true };
     const SENDING: Seen = Seen { init: false, empty: false };
@@ -269,6 +273,34 @@ mod tests {
         assert_eq!((mode.configured(), mode.is_silent()), (Some(false), true));
     }
 
+    /// Given a controller on its bus, off it or listening, when a bit of the request flips, then it is requested as before.
+    #[test]
+    fn flipped_request_is_taken_from_the_controller() {
+        type Flip = fn(&mut Mode);
+        let flips: [Flip; 2] = [|mode| mode.on_bus = !mode.on_bus, |mode| mode.listens = !mode.listens];
+        for (flip, (on_bus, listens)) in flips
+            .iter()
+            .flat_map(|flip| [(false, false), (true, false), (true, true)].map(|mode| (flip, mode)))
+        {
+            let mut mode = silent();
+            mode.want(on_bus, listens);
+            requests(&mut mode, INIT, ms(1));
+            requests(&mut mode, NORMAL, ms(2));
+            assert!(mode.is_settled());
+            flip(&mut mode);
+            mode.restore(on_bus, listens);
+            assert_eq!((mode.on_bus, mode.listens, mode.is_settled()), (on_bus, listens, true));
+        }
+    }
+
+    /// Given a controller on its bus, when its INRQ flips, then its mode stays as it was.
+    #[test]
+    fn settled_mode_is_not_taken_from_the_controller() {
+        let mut mode = on_bus();
+        mode.restore(false, false);
+        assert!(mode.is_wanted_to_send() && mode.is_settled());
+    }
+
     /// Verifies: ECSS 8.2.1a.1
     #[test]
     fn a_bus_is_left_when_the_mailboxes_are_empty() {
@@ -294,7 +326,7 @@ mod tests {
     /// A frame of 8 bytes takes up to 13.5 ms there, the error frame after it 2.3 ms.
     #[test]
     fn a_slow_bus_has_time_to_empty_a_mailbox() {
-        let mut mode = Mode::entering(BitRate::KBIT_10, ms(0));
+        let mut mode = Mode::entering(SLOW, ms(0));
         mode.want(true, false);
         assert_eq!(requests(&mut mode, INIT, ms(0)), [CONFIGURE, Request::Normal]);
         assert_eq!(requests(&mut mode, NORMAL, ms(2)), []);

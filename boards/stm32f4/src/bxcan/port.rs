@@ -9,7 +9,6 @@ use core::pin::Pin;
 use core::task::{Context, Poll};
 
 use ecss_can::link::Stamp;
-use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::one_controller::Movable;
 use ecss_can::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
 use ecss_can::runner::Clock;
@@ -37,6 +36,7 @@ use super::status::{Enables, Status};
 use crate::Uptime;
 use crate::alternate::{AlternatePin, Direction};
 use crate::stamping::FrameStamps;
+use crate::timing::ControllerTiming;
 
 /// Lower than the priority of the timer driver, whose interrupt maintains the time of the stamps.
 const PRIORITY: Priority = Priority::P6;
@@ -59,11 +59,13 @@ pub struct Port<S> {
     filters: usize,
     events: &'static EventQueue,
     mailboxes: Mailboxes,
-    timing: BitTiming,
+    timing: ControllerTiming,
     stamps: S,
     mode: Mode,
     rx: AlternatePin,
     tx: AlternatePin,
+    /// [`Port::pin_check`] at the start.
+    pins: u8,
     /// Part of the registers that was compared last.
     compared: u8,
     /// A recovery from bus-off may be in progress.
@@ -82,7 +84,7 @@ impl<S> Port<S> {
     pub fn new<T: Controller>(
         lines: CanLines<T>,
         _interrupts: impl ControllerInterrupts<T>,
-        timing: BitTiming,
+        timing: ControllerTiming,
         stamps: S,
     ) -> Port<S> {
         rcc::enable_and_reset::<T>();
@@ -97,9 +99,10 @@ impl<S> Port<S> {
             mailboxes: Mailboxes::default(),
             timing,
             stamps,
-            mode: Mode::entering(timing.bit_rate(), Uptime.now()),
+            mode: Mode::entering(timing.emptying(), Uptime.now()),
             rx: lines.rx,
             tx: lines.tx,
+            pins: 0,
             compared: 0,
             recovering: false,
             is_quiet: false,
@@ -114,8 +117,8 @@ impl<S> Port<S> {
         self.obey(Request::Init);
         enable_sources(self.registers, Enables::ALL);
         // The pins are connected last, because CAN_TX is recessive in Init mode.
-        self.rx.connect(Direction::Input);
-        self.tx.connect(Direction::Output);
+        self.pins = self.pin_check();
+        self.connect();
         for _ in 0..INIT_POLLS {
             self.advance();
             if self.mode.is_settled() {
@@ -123,6 +126,17 @@ impl<S> Port<S> {
             }
         }
         self
+    }
+
+    /// Connects the pins to the controller.
+    fn connect(&mut self) {
+        self.rx.connect(Direction::Input);
+        self.tx.connect(Direction::Output);
+    }
+
+    /// Returns a number that each flipped bit of the pins changes.
+    fn pin_check(&self) -> u8 {
+        self.rx.check() ^ self.tx.check()
     }
 
     fn write_filter(&mut self, number: usize, filter: Filter) {
@@ -152,7 +166,7 @@ impl<S> Port<S> {
 
     fn obey(&self, request: Request) {
         match request {
-            Request::Configure { listens } => controller::configure(self.registers, self.timing, listens),
+            Request::Configure { listens } => controller::configure(self.registers, &self.timing, listens),
             // In rising order: a waiting frame is in a lower mailbox than the last frame before it, and the end of that
             // one would request it.
             Request::Abort => (0..MAILBOXES).for_each(|n| self.give_up(Mailbox(n as u8))),
@@ -296,7 +310,7 @@ impl<S: FrameStamps> CanPort for Port<S> {
     }
 
     fn stamp(&mut self, frame: &Frame, reported: Stamp) -> Stamp {
-        let bit = u32::from(self.timing.prescaler()) * u32::from(self.timing.quanta()) * TICKS_PER_CLOCK;
+        let bit = self.timing.clocks() * TICKS_PER_CLOCK;
         self.stamps.stamp(frame, reported, bit, || !self.holds(frame.id()))
     }
 

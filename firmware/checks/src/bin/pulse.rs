@@ -24,12 +24,11 @@ mod firmware {
     use core::sync::atomic::{AtomicU32, Ordering};
 
     use board::Spec;
-    use ecss_can::link::bit_timing::BitTiming;
     use ecss_can::profile::Profile;
     use ecss_can::runner::Clock;
     use ecss_can::types::{Duration, FineInstant};
     use ecss_can_runtime::Irqs;
-    use ecss_can_stm32f4::{Board, Pulse, Uptime};
+    use ecss_can_stm32f4::{Board, ControllerTiming, Pulse, Uptime};
     use embassy_executor::Spawner;
 
     /// Units of a [`FineInstant`] in a millisecond.
@@ -65,7 +64,7 @@ mod firmware {
 
     #[embassy_executor::main]
     async fn main(_spawner: Spawner) {
-        const TIMING: BitTiming = ecss_can_stm32f4::bit_timing(&Profile::DEFAULT.network);
+        const TIMING: ControllerTiming = ecss_can_stm32f4::bit_timing(&Profile::DEFAULT.network);
         let p = ecss_can_stm32f4::start::<Spec>();
         let Board { pulse, .. } = Board::<Spec>::new(board::take!(p), TIMING, Irqs);
         run(pulse).await

@@ -21,11 +21,10 @@ fn main() {
 #[cfg(target_os = "none")]
 mod firmware {
     use board::Spec;
-    use ecss_can::link::bit_timing::BitTiming;
     use ecss_can::profile::Profile;
     use ecss_can::runner::Platform;
     use ecss_can_runtime::Irqs;
-    use ecss_can_stm32f4::{Board, CaptureFault, Leds, LineFault};
+    use ecss_can_stm32f4::{Board, CaptureFault, ControllerTiming, Leds, LineFault};
     use embassy_executor::Spawner;
     use embassy_time::Timer;
 
@@ -110,7 +109,7 @@ mod firmware {
 
     #[embassy_executor::main]
     async fn main(_spawner: Spawner) {
-        const TIMING: BitTiming = ecss_can_stm32f4::bit_timing(&Profile::DEFAULT.network);
+        const TIMING: ControllerTiming = ecss_can_stm32f4::bit_timing(&Profile::DEFAULT.network);
         let p = ecss_can_stm32f4::start::<Spec>();
         let Board { connection, leds, straps, hardware, .. } =
             Board::<Spec>::new(board::take!(p), TIMING, Irqs);

@@ -5,8 +5,8 @@
 mod cables;
 mod log;
 mod schedule;
-
-use core::future::pending;
+#[cfg(test)]
+mod tests;
 
 pub use cables::Cables;
 use ecss_can::link::port::{ErrorState, Health};
@@ -17,7 +17,7 @@ use ecss_can::redundancy::{MasterBoards, RoleChange};
 use ecss_can::runner::{EventSource, Handle, MasterHandle, Platform};
 use ecss_can::types::{Address, Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
-use schedule::{Schedule, Turn};
+use schedule::{FIRST, Schedule, Turn};
 
 use crate::counters::COUNTERS;
 use crate::{
@@ -46,10 +46,12 @@ pub struct Application<P: Platform, B: MasterBoards, E, I> {
     events: E,
     indicators: I,
     cables: &'static Cables,
-    commands: Schedule,
-    telemetry: Schedule,
+    commands: Schedule<{ COMMAND_PERIOD.as_micros() }>,
+    telemetry: Schedule<{ TELEMETRY_PERIOD.as_micros() }>,
     /// Sequence of the commands to each slave.
     sequences: [Sequence; SLAVES],
+    /// Slave whose turns were compared last with its state; the first is 0.
+    compared: u8,
 }
 
 impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indicators>
@@ -64,10 +66,16 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         cables: &'static Cables,
         minimal: &[MinimalNode],
     ) -> Self {
-        let (commands, telemetry) = (Schedule::new(COMMAND_PERIOD), Schedule::new(TELEMETRY_PERIOD));
-        let sequences = [Sequence::new(master.now(), COMMAND_PERIOD); SLAVES];
-        let mut application =
-            Application { master, events, indicators, cables, commands, telemetry, sequences };
+        let mut application = Application {
+            master,
+            events,
+            indicators,
+            cables,
+            commands: Schedule::new(),
+            telemetry: Schedule::new(),
+            sequences: [Sequence::new(master.now(), COMMAND_PERIOD); SLAVES],
+            compared: 0,
+        };
         // A minimal slave without heartbeat reports no state, so commands start at once.
         for minimal in minimal.iter().filter(|minimal| !minimal.has_heartbeat) {
             application.work(minimal.node);
@@ -84,14 +92,17 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
     /// is due within a period, and with `false` while there is no slave to command.
     pub async fn run_supervised(mut self, note: impl Fn(bool)) -> ! {
         loop {
-            match self.next_turn() {
-                Some(at) if at > self.master.now() + COMMAND_PERIOD => {}
-                next => note(next.is_some()),
+            let (next, latest) = (self.next_turn(), self.master.now() + COMMAND_PERIOD);
+            if next.is_none_or(|at| at <= latest) {
+                note(next.is_some());
             }
-            let next = wait(self.master, self.next_turn());
-            match select(self.events.next(), next).await {
+            let wait = self.master.wait_until(next.map_or(latest, |at| at.min(latest)));
+            match select(self.events.next(), wait).await {
                 Either::First(event) => self.on_event(&event),
-                Either::Second(()) => self.take_turns(),
+                Either::Second(()) => {
+                    self.take_turns();
+                    self.compare_next();
+                }
             }
         }
     }
@@ -109,6 +120,23 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         }
         if let Some(turn) = self.telemetry.next(now).filter(|turn| turn.at <= now) {
             self.request(turn);
+        }
+    }
+
+    /// Compares the turns of the next slave with its state. They differ if a bit flipped, or if an event was lost.
+    fn compare_next(&mut self) {
+        self.compared = (self.compared + 1) % SLAVES as u8;
+        if let Some(node) = NodeId::new(FIRST + self.compared) {
+            self.adjust(node);
+        }
+    }
+
+    /// Lets a slave have turns if it takes commands from this master, and none otherwise.
+    fn adjust(&mut self, node: NodeId) {
+        if self.master.is_active() && self.master.may_command(node) {
+            self.work(node)
+        } else {
+            self.rest(node)
         }
     }
 
@@ -164,8 +192,10 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         }
         // Telemetry requests start with the commands. Commands wait until the slave cannot mistake one for a repeat of
         // a command before a reset.
-        if let Some(sequence) = slot(node).and_then(|slot| self.sequences.get(slot)) {
-            let from = self.master.now().max(sequence.ready_at());
+        if let Some(sequence) = slot(node).and_then(|slot| self.sequences.get_mut(slot)) {
+            let now = self.master.now();
+            sequence.confine(now, COMMAND_PERIOD);
+            let from = now.max(sequence.ready_at());
             self.commands.start(node, from);
             self.telemetry.start(node, from);
         }
@@ -179,9 +209,7 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
         if is_active {
             self.sequences = [Sequence::new(self.master.now(), COMMAND_PERIOD); SLAVES];
         }
-        for node in (2..).filter_map(NodeId::new).take(SLAVES) {
-            if is_active && self.master.may_command(node) { self.work(node) } else { self.rest(node) }
-        }
+        (FIRST..).filter_map(NodeId::new).take(SLAVES).for_each(|node| self.adjust(node));
     }
 
     fn rest(&mut self, node: NodeId) {
@@ -213,13 +241,5 @@ impl<P: Platform, B: MasterBoards, E: EventSource<Event = MasterEvent>, I: Indic
             log::refused(node, self.master.send_to(node, REQUEST, request.encode().values()));
             COUNTERS.requests.count();
         }
-    }
-}
-
-/// Waits until an instant, for ever without one.
-async fn wait<B: MasterBoards>(master: Handle<impl Platform, Node<B>>, until: Option<Instant>) {
-    match until {
-        Some(at) => master.wait_until(at).await,
-        None => pending().await,
     }
 }

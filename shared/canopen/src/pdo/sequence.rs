@@ -47,7 +47,18 @@ impl Sequence {
     /// Makes a sequence that begins at zero. `start`: reset or power-on of the producer, or the instant of its
     /// takeover. `lifetime`: time for which a command may wait for its bus.
     pub fn new(start: Instant, lifetime: Duration) -> Sequence {
-        Sequence { next: 0, ready: start + lifetime + SLACK + SLACK }
+        Sequence { next: 0, ready: start + Self::delay(lifetime) }
+    }
+
+    /// Returns the time from the start to the first command: the lifetime and 10 ms.
+    pub const fn delay(lifetime: Duration) -> Duration {
+        Duration::from_micros(lifetime.as_micros().saturating_add(2 * SLACK.as_micros()))
+    }
+
+    /// Brings the instant of the first command back if it is later than that of a sequence that starts now: a bit of it
+    /// flipped.
+    pub fn confine(&mut self, now: Instant, lifetime: Duration) {
+        self.ready.confine(now + Self::delay(lifetime));
     }
 
     /// Returns the instant of the first command: the lifetime and 10 ms after the start.

@@ -1,5 +1,8 @@
 //! Runner of one bus: events of its controller, mailboxes, lifetimes, leaving the bus.
 
+#[cfg(test)]
+mod tests;
+
 use core::convert::Infallible;
 use core::future::poll_fn;
 use core::pin::pin;
@@ -90,6 +93,8 @@ enum Abort {
 /// State of a bus: its controller, and the frames of the node in it.
 pub(super) struct BusState<P: CanPort> {
     bus: Bus,
+    /// Whether it is the redundant bus: copies of `bus`, which a flipped bit must not change.
+    copies: [bool; 2],
     port: P,
     mailboxes: P::PerMailbox<Option<Pending>>,
     /// As the node knows it.
@@ -122,6 +127,7 @@ impl<P: CanPort> BusState<P> {
     pub fn new(bus: Bus, port: P) -> Self {
         BusState {
             bus,
+            copies: [bus == Bus::Redundant; 2],
             port,
             mailboxes: Default::default(),
             health: Health::default(),
@@ -309,6 +315,9 @@ impl<P: CanPort> BusState<P> {
         }
         if self.poll <= now || self.poll > now + POLL {
             self.poll = now + POLL;
+            if self.copies[0] == self.copies[1] {
+                self.bus = if self.copies[0] { Bus::Redundant } else { Bus::Nominal };
+            }
             self.refresh.step(&mut self.port, &*shared.node);
         }
         self.update_due(shared);

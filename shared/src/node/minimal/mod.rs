@@ -34,6 +34,8 @@
 
 mod api;
 mod builder;
+#[cfg(test)]
+mod flipped;
 mod objects;
 mod pdos;
 
@@ -206,6 +208,12 @@ impl<D: MinimalDevice> MinimalSlave<D> {
         turn.out.event(MinimalEvent::ActiveBus { bus, cause });
     }
 
+    /// Returns whether both copies of each parameter are equal. A board whose node is not intact is reset.
+    fn is_intact(&self) -> bool {
+        self.redundancy.agrees(self.selector.parameters())
+            && self.heartbeat.period() == self.redundancy.producer
+    }
+
     /// Does what is due.
     fn run(&mut self, turn: &mut Turn) {
         while let Some(bus) = self.buses.poll(turn) {
@@ -289,7 +297,7 @@ impl<D: MinimalDevice> Node for MinimalSlave<D> {
     }
 
     fn is_on_schedule(&self, now: Instant) -> bool {
-        self.heartbeat.is_on_schedule(now)
+        self.is_intact() && self.heartbeat.is_on_schedule(now)
     }
 
     /// It has no clock that a stamp would serve.

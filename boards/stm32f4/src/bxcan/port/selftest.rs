@@ -160,7 +160,7 @@ impl Port<Edges> {
     fn end_attempt(&self) {
         self.registers.mcr().write(|w| w.set_inrq(true));
         if reaches(|| self.registers.msr().read().inak()).is_some() {
-            controller::configure(self.registers, self.timing, false);
+            controller::configure(self.registers, &self.timing, false);
         }
     }
 }

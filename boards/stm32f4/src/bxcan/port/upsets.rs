@@ -1,7 +1,8 @@
 //! Registers of a port that are compared with what they have to be, and mended.
 //!
 //! The runner sets a filter again ten times a second. With each of them the port compares one part of its registers. So all are
-//! compared within half a second, by short steps (row `rx.inside_look`). The values are derived from the state of the port.
+//! compared within half a second, by short steps (row `rx.inside_look`). The values are derived from the state of the port. A state
+that contradicts itself has a flipped bit, and is taken from the registers.
 
 use ecss_can::runner::Clock;
 use embassy_stm32::pac::can::Can;
@@ -13,6 +14,7 @@ use crate::alternate::Direction;
 use crate::bxcan::{banks, controller, registers};
 use crate::registers::count;
 use crate::stamping::FrameStamps;
+use crate::timing::ControllerTiming;
 
 /// Parts that are compared in turn.
 const PARTS: u8 = 4;
@@ -24,13 +26,23 @@ impl<S: FrameStamps> Port<S> {
         match self.compared {
             0 => self.mend_controller(),
             1 => banks::mend(self.first_bank, self.filters),
-            #[cfg(feature = "full")]
-            2 => {
-                self.rx.mend(Direction::Input);
-                self.tx.mend(Direction::Output);
-            }
+            2 => self.mend_pins(),
             _ => self.stamps.mend(),
         }
+    }
+
+    /// Connects the pins again, unless a bit of what is known of them flipped. A full node does so if their settings differ.
+    fn mend_pins(&mut self) {
+        if self.pins != self.pin_check() {
+            return;
+        }
+        #[cfg(feature = "full")]
+        {
+            self.rx.mend(Direction::Input);
+            self.tx.mend(Direction::Output);
+        }
+        #[cfg(not(feature = "full"))]
+        self.connect();
     }
 
     /// Enables the interrupts again. For mode and bit timing the controller leaves its bus and joins again.
@@ -50,12 +62,17 @@ impl<S: FrameStamps> Port<S> {
     }
 
     /// Returns the address of MCR or BTR if it is not as the port has written it.
-    fn lost_setting(&self, controller: Can) -> Option<u32> {
-        if controller.mcr().read() != registers::mode(self.mode.is_init()) {
+    fn lost_setting(&mut self, controller: Can) -> Option<u32> {
+        let (mode, timing) = (controller.mcr().read(), controller.btr().read().0);
+        if self.is_quiet {
+            self.mode.restore(!mode.inrq(), ControllerTiming::listens(timing));
+        }
+        if mode != registers::mode(self.mode.is_init()) {
             return Some(controller.mcr().as_ptr() as u32);
         }
         let listens = self.mode.configured()?;
-        let is_lost = controller.btr().read() != controller::settings(self.timing, listens);
+        self.timing.restore(timing);
+        let is_lost = timing != self.timing.register(listens);
         is_lost.then(|| controller.btr().as_ptr() as u32)
     }
 }
