@@ -2,16 +2,20 @@
 //!
 //! The runner sets a filter again ten times a second. With each of them the port compares one part of its registers. So all are
 //! compared within half a second, by short steps (row `rx.inside_look`). The values are derived from the state of the port. A state
-that contradicts itself has a flipped bit, and is taken from the registers.
+//! that contradicts itself has a flipped bit, and is taken from the registers.
 
 use ecss_can::runner::Clock;
+use embassy_stm32::pac;
 use embassy_stm32::pac::can::Can;
+use embassy_stm32::peripherals::{CAN1, CAN2};
 
 use super::Port;
 use crate::Uptime;
 #[cfg(feature = "full")]
 use crate::alternate::Direction;
-use crate::bxcan::{banks, controller, registers};
+use crate::bxcan::controller::{self, Controller};
+use crate::bxcan::events::EventQueue;
+use crate::bxcan::{banks, registers};
 use crate::registers::count;
 use crate::stamping::FrameStamps;
 use crate::timing::ControllerTiming;
@@ -45,8 +49,20 @@ impl<S: FrameStamps> Port<S> {
         self.connect();
     }
 
+    /// Restores what belongs to the controller. Its registers name it, or, if a bit of their address flipped, its first bank.
+    fn restore_controller(&mut self) {
+        let is_second = match self.registers {
+            pac::CAN1 => false,
+            pac::CAN2 => true,
+            _ => self.first_bank != 0,
+        };
+        (self.registers, self.first_bank, self.events) =
+            if is_second { parts::<CAN2>() } else { parts::<CAN1>() };
+    }
+
     /// Enables the interrupts again. For mode and bit timing the controller leaves its bus and joins again.
     fn mend_controller(&mut self) {
+        self.restore_controller();
         let controller = self.registers;
         if self.events.mend_sources(controller) {
             count(controller.ier().as_ptr() as u32);
@@ -75,4 +91,8 @@ impl<S: FrameStamps> Port<S> {
         let is_lost = timing != self.timing.register(listens);
         is_lost.then(|| controller.btr().as_ptr() as u32)
     }
+}
+
+fn parts<T: Controller>() -> (Can, usize, &'static EventQueue) {
+    (T::REGISTERS, T::FIRST_BANK, T::events())
 }
