@@ -1,7 +1,8 @@
 //! Registers of a port that are compared with what they have to be, and mended.
 //!
 //! The runner sets a filter again ten times a second. With each of them the port compares one part of its registers. So all are
-//! compared within half a second, by short steps (row `rx.inside_look`). The values are derived from the state of the port.
+//! compared within half a second, by short steps (row `rx.inside_look`). The values are derived from the state of the port. A state
+//! that contradicts itself has a flipped bit, and is taken from the registers.
 
 use ecss_can::runner::Clock;
 use embassy_stm32::pac::can::Can;
