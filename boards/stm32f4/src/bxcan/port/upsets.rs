@@ -5,7 +5,6 @@
 //! that contradicts itself has a flipped bit, and is taken from the registers.
 
 use ecss_can::runner::Clock;
-use embassy_stm32::pac;
 use embassy_stm32::pac::can::Can;
 use embassy_stm32::peripherals::{CAN1, CAN2};
 
@@ -49,20 +48,18 @@ impl<S: FrameStamps> Port<S> {
         self.connect();
     }
 
-    /// Restores what belongs to the controller. Its registers name it, or, if a bit of their address flipped, its first bank.
-    fn restore_controller(&mut self) {
-        let is_second = match self.registers {
-            pac::CAN1 => false,
-            pac::CAN2 => true,
-            _ => self.first_bank != 0,
-        };
-        (self.registers, self.first_bank, self.events) =
-            if is_second { parts::<CAN2>() } else { parts::<CAN1>() };
+    /// Ends the program by a fault if the registers are those of no controller, or the banks or events those of the other one: a bit
+    /// of an address flipped. Frames in mailboxes would wait for ever.
+    fn check_parts(&self) {
+        let parts = (self.registers, self.first_bank, core::ptr::from_ref(self.events));
+        if parts != self::parts::<CAN1>() && parts != self::parts::<CAN2>() {
+            cortex_m::asm::udf();
+        }
     }
 
     /// Enables the interrupts again. For mode and bit timing the controller leaves its bus and joins again.
     fn mend_controller(&mut self) {
-        self.restore_controller();
+        self.check_parts();
         let controller = self.registers;
         if self.events.mend_sources(controller) {
             count(controller.ier().as_ptr() as u32);
@@ -93,6 +90,6 @@ impl<S: FrameStamps> Port<S> {
     }
 }
 
-fn parts<T: Controller>() -> (Can, usize, &'static EventQueue) {
+fn parts<T: Controller>() -> (Can, usize, *const EventQueue) {
     (T::REGISTERS, T::FIRST_BANK, T::events())
 }
