@@ -125,10 +125,12 @@ impl FromStr for Upset {
             let step = grid::STEP_US;
             return Err(format!("at={at_us}, allowed are {} and steps of {step}", grid::FIRST_US));
         }
+        let masters = number("masters", 1..=2)?;
         Ok(Upset {
-            masters: number("masters", 1..=2)? as u8,
+            masters: masters as u8,
             place,
-            board: number("board", 0..=2)? as usize,
+            // Beside the masters there are two slaves.
+            board: number("board", 0..=masters + 1)? as usize,
             at_us,
             target,
             bit: number("bit", 0..=31)? as u32,
@@ -145,7 +147,8 @@ mod tests {
     #[test]
     fn text_of_an_upset_is_read_again() {
         let core = "upset masters=1 place=core board=0 at=5000000 register=S31 bit=30";
-        for text in [TEXT, core] {
+        let minimal = "upset masters=2 place=ram board=3 at=5001009 address=2000ABCD bit=3";
+        for text in [TEXT, core, minimal] {
             assert_eq!(text.parse::<Upset>().map(|upset| upset.to_string()).as_deref(), Ok(text));
         }
         assert!(format!("# a comment\n\n{TEXT}\n").parse::<Upset>().is_ok());
@@ -158,6 +161,8 @@ mod tests {
             ("at=5001009", "at=5001010", "steps of 1009"),
             ("at=5001009", "at=1", "5000000"),
             ("masters=2", "masters=3", "1 to 2"),
+            ("masters=2 place=ram board=1", "masters=1 place=ram board=3", "0 to 2"),
+            ("board=1", "board=4", "0 to 3"),
             ("bit=3", "", "bit=.. is missing"),
             ("address=2000ABCD", "register=R1", "the places core and masks"),
             ("address=2000ABCD", "address=xyz", "hexadecimal"),

@@ -1,5 +1,6 @@
 //! Aimed upsets of a spacecraft with one master, and their outcomes.
 
+mod minimal;
 mod ports;
 mod program;
 mod registers;

@@ -1,0 +1,49 @@
+//! Upsets of a minimal slave, in the spacecraft with two masters.
+
+use can_twin::spacecraft::BoardId;
+use ecss_can_cli::campaign::upsets::fly::fly;
+use ecss_can_cli::campaign::upsets::place::Upset;
+use ecss_can_cli::campaign::upsets::world::World;
+
+use super::AT_US;
+
+/// Index of the minimal slave.
+const MINIMAL: usize = 3;
+
+const RAM: u32 = 0x2000_0000;
+const RAM_BYTES: usize = 128 << 10;
+/// Fields of CAN_BTR that are the bit timing, and its value: prescaler 3, segments of 11 and 2 time quanta.
+const TIMING: u32 = 0x001A_0002;
+
+/// Alternate functions of the CAN pins of the bus that is not in use: name, bit of GPIOB.AFRH.
+const PINS: [(&str, u32); 2] = [("CAN2_RX", 17), ("CAN2_TX", 23)];
+
+/// Returns the places of the bit timings in RAM and of their complements: two of each.
+fn timings(world: &World) -> Vec<u32> {
+    let flight = world.flight_at(AT_US);
+    let ram = flight.craft.board(BoardId(MINIMAL)).read_memory(RAM, RAM_BYTES).expect("RAM");
+    let words: Vec<u32> = ram.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
+    let pairs = words.windows(2).zip((RAM..).step_by(4)).filter(|(pair, _)| **pair == [TIMING, !TIMING]);
+    pairs.flat_map(|(_, address)| [address, address + 4]).collect()
+}
+
+/// Given a spacecraft in flight, when a bit of the pins or of the bit timing of a minimal slave flips, in a register or in RAM, then it
+/// takes part again, also after a change of the bus.
+///
+/// Verifies: ECSS 6.10d
+#[test]
+fn minimal_slave_recovers_from_upsets_of_its_ports() {
+    let world = World::prepare(2, 1, false).expect("images");
+    let pins =
+        PINS.map(|(name, bit)| (name, format!("peripherals board={MINIMAL} address=40020424 bit={bit}")));
+    let timings = timings(&world);
+    assert_eq!(timings.len(), 4);
+    let in_ram =
+        timings.iter().map(|at| ("timing", format!("ram board={MINIMAL} address={:08X} bit=4", at + 2)));
+    let bad = pins.into_iter().chain(in_ram).filter_map(|(name, place)| {
+        let upset: Upset = format!("upset masters=2 at={AT_US} place={place}").parse().expect("a place");
+        let flown = fly(&world, &upset);
+        flown.outcome.is_bad().then(|| format!("{name}: {flown:?}"))
+    });
+    assert_eq!(bad.collect::<Vec<_>>(), [""; 0]);
+}
