@@ -48,9 +48,8 @@ impl Controller for LivePort<'_> {
         self.connected()?.attachment()
     }
 
-    /// Returns the error counters of a controller that also has another wire.
+    /// Returns the error counters: the controller also counts on another wire, and without one.
     fn brings(&self) -> Option<ErrorCounters> {
-        self.port.plug.selected_by?;
         Some(self.connected()?.error_counters())
     }
 

@@ -15,8 +15,8 @@ pub trait Controller {
     /// neither sends, receives nor acknowledges. Its error counters are kept until [`Attachment::power_cycle`] changes.
     fn attachment(&self) -> Option<Attachment>;
 
-    /// Returns the error counters from another wire when the controller begins to take part. `None`: it has no other
-    /// wire, and the counters of this wire apply.
+    /// Returns the error counters with which the controller begins to take part. `None`: it has none of its own, and those of this wire
+    /// apply.
     fn brings(&self) -> Option<ErrorCounters> {
         None
     }

@@ -15,8 +15,8 @@ const RAM_BYTES: usize = 128 << 10;
 /// Fields of CAN_BTR that are the bit timing, and its value: prescaler 3, segments of 11 and 2 time quanta.
 const TIMING: u32 = 0x001A_0002;
 
-/// Alternate functions of the CAN pins of the bus that is not in use: name, bit of GPIOB.AFRH.
-const PINS: [(&str, u32); 2] = [("CAN2_RX", 17), ("CAN2_TX", 23)];
+/// Alternate functions of the CAN pins: name, bit of GPIOB.AFRH.
+const PINS: [(&str, u32); 4] = [("CAN1_RX", 1), ("CAN1_TX", 7), ("CAN2_RX", 17), ("CAN2_TX", 23)];
 
 /// Returns the places of the bit timings in RAM and of their complements: two of each.
 fn timings(world: &World) -> Vec<u32> {
