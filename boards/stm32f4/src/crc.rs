@@ -1,12 +1,12 @@
-//! The checksum of a set of parameters, and of the program: CRC-32C (Castagnoli), which also finds one flipped bit.
+//! The checksum of a set of parameters: CRC-32C (Castagnoli), which also finds one flipped bit.
 //!
 //! Two different sets with their checksums differ in at least four bits, whatever their length (Koopman 2002). So one
 //! flipped bit is corrected and two are detected. More are taken for a single flipped bit with a probability of one in
 //! 16,000.
 //!
-//! The crate `crc` 3.4 computes the same checksum. Measured with each, before this module had a second table: model cycles
-//! to open a store with a set of 16 KiB, the flash of the slave on the pyboard, and the part of it that is board support
-//! (row `size.pyboard-v11.slave.flash.boards`):
+//! The crate `crc` 3.4 computes the same checksum. Measured with each: model cycles to open a store with a set of 16 KiB,
+//! the flash of the slave on the pyboard, and the part of it that is board support (row
+//! `size.pyboard-v11.slave.flash.boards`):
 //!
 //! | code | cycles | flash, bytes | board support, bytes |
 //! | --- | --- | --- | --- |
@@ -19,22 +19,11 @@
 /// Generator, lowest power at the highest bit.
 const GENERATOR: u32 = 0x82F6_3B78;
 
-/// Remainders of the higher four bits of a byte. A table for bytes would take a KiB; without a table a set of 16 KiB takes
-/// 10 ms.
-const HIGH: [u32; 16] = {
+/// Remainders of four bits. A table for bytes would take a KiB; without a table a set of 16 KiB takes 10 ms.
+const TABLE: [u32; 16] = {
     let (mut table, mut bits) = ([0; 16], 0);
     while bits < 16 {
         table[bits] = step(step(step(step(bits as u32))));
-        bits += 1;
-    }
-    table
-};
-
-/// Remainders of the lower four bits of a byte.
-const LOW: [u32; 16] = {
-    let (mut table, mut bits) = ([0; 16], 0);
-    while bits < 16 {
-        table[bits] = step(step(step(step(HIGH[bits]))));
         bits += 1;
     }
     table
@@ -50,12 +39,13 @@ impl Crc {
     }
 
     /// Adds the next bytes.
-    #[inline(never)] // row `size.pyboard-v11.slave.flash`: five of these save 40 bytes
     pub fn update(&mut self, bytes: &[u8]) {
         let mut crc = self.0;
         for byte in bytes {
             crc ^= u32::from(*byte);
-            crc = crc >> 8 ^ LOW[crc as usize % 16] ^ HIGH[crc as usize / 16 % 16];
+            for _ in 0..2 {
+                crc = crc >> 4 ^ TABLE[crc as usize % 16];
+            }
         }
         self.0 = crc;
     }
