@@ -27,8 +27,9 @@ pub struct Turn {
 
 /// Turns of the participating slaves, with a period of `PERIOD` microseconds.
 pub struct Schedule<const PERIOD: u64> {
-    /// Next turn of each slave. `None`: it does not participate.
-    turns: [Option<Instant>; SLAVES],
+    /// Next turn of each slave. [`Instant::NEVER`]: it does not participate. An `Option` has bit patterns that are neither `Some`
+    /// nor `None`.
+    turns: [Instant; SLAVES],
     counts: [u32; SLAVES],
     next: Option<Turn>,
 }
@@ -36,21 +37,24 @@ pub struct Schedule<const PERIOD: u64> {
 impl<const PERIOD: u64> Schedule<PERIOD> {
     /// Makes a schedule without slaves.
     pub const fn new() -> Self {
-        Schedule { turns: [None; SLAVES], counts: [0; SLAVES], next: None }
+        Schedule { turns: [Instant::NEVER; SLAVES], counts: [0; SLAVES], next: None }
     }
 
     /// Adds a slave to the schedule from `from` on, an instant that may lie ahead. A Node-ID that straps cannot set is ignored.
     pub fn start(&mut self, node: NodeId, from: Instant) {
         let Some(slot) = slot(node) else { return };
-        if let Some(turn @ None) = self.turns.get_mut(slot) {
-            *turn = Some(Self::after(slot, from));
+        if let Some(turn) = self.turns.get_mut(slot).filter(|turn| **turn == Instant::NEVER) {
+            *turn = Self::after(slot, from);
             self.plan(from);
         }
     }
 
     /// Removes a slave from the schedule.
     pub fn stop(&mut self, node: NodeId, now: Instant) {
-        if slot(node).and_then(|slot| self.turns.get_mut(slot)?.take()).is_some() {
+        if let Some(turn) = slot(node).and_then(|slot| self.turns.get_mut(slot))
+            && *turn != Instant::NEVER
+        {
+            *turn = Instant::NEVER;
             self.plan(now);
         }
     }
@@ -70,7 +74,7 @@ impl<const PERIOD: u64> Schedule<PERIOD> {
             && let (Some(at), Some(count)) = (self.turns.get_mut(slot), self.counts.get_mut(slot))
         {
             *count = count.wrapping_add(1);
-            if let Some(at) = at {
+            if *at != Instant::NEVER {
                 let next = Self::after(slot, now);
                 missed = (next.since(*at).as_micros() / PERIOD).saturating_sub(1);
                 *at = next;
@@ -84,14 +88,14 @@ impl<const PERIOD: u64> Schedule<PERIOD> {
     fn plan(&mut self, now: Instant) {
         let latest = now + AHEAD + Self::period();
         for (slot, turn) in self.turns.iter_mut().enumerate() {
-            if turn.is_some_and(|at| at > latest) {
-                *turn = Some(Self::after(slot, now));
+            if *turn != Instant::NEVER && *turn > latest {
+                *turn = Self::after(slot, now);
             }
         }
         let turns = self.turns.iter().zip(&self.counts).zip(FIRST..).filter_map(|((turn, count), node)| {
-            Some(Turn { node: NodeId::new(node)?, at: (*turn)?, count: *count })
+            Some(Turn { node: NodeId::new(node)?, at: *turn, count: *count })
         });
-        self.next = turns.min_by_key(|turn| turn.at);
+        self.next = turns.filter(|turn| turn.at != Instant::NEVER).min_by_key(|turn| turn.at);
     }
 
     /// Returns the first turn of a slave after `now`.
@@ -136,7 +140,7 @@ mod tests {
         }),
         ("next.count", 32, |schedule, bit| schedule.next.as_mut().unwrap().count ^= 1 << bit),
         ("turns", 3 * 64, |schedule, bit| {
-            let turn = schedule.turns[bit as usize / 64].as_mut().unwrap();
+            let turn = &mut schedule.turns[bit as usize / 64];
             *turn = flipped(*turn, bit % 64);
         }),
         ("counts", 3 * 32, |schedule, bit| schedule.counts[bit as usize / 32] ^= 1 << (bit % 32)),
