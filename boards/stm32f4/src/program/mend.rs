@@ -85,7 +85,8 @@ pub(super) fn whole() -> ProgramState {
     if fpb().comp[DATA].read() & 1 != 0 { ProgramState::Mended } else { ProgramState::Whole }
 }
 
-/// Compares the program with its seal, and mends a flipped bit. It takes a few milliseconds with a whole program, up to 0.3 s otherwise.
+/// Compares the program with its seal, and mends a flipped bit. It takes 10 to 20 ms with a whole
+/// program, and up to 0.7 s otherwise.
 ///
 /// The function for the start of a program, before RAM has its initial values: it uses no variable.
 pub fn mend_program() -> ProgramState {
