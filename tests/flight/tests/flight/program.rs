@@ -4,8 +4,8 @@ use can_twin::spacecraft::{Bus, GuestId};
 use flight::*;
 
 const SLAVE: u8 = 2;
-/// The node has its result after a pass of 4.8 s and the next heartbeat.
-const PASS_MS: u64 = 5_300;
+/// The node has its result after a pass of 0.8 s and the next heartbeat.
+const PASS_MS: u64 = 1_500;
 /// Values of object 2033h sub 3.
 const UNCHECKED: u8 = 0;
 const WHOLE: u8 = 1;
