@@ -67,6 +67,8 @@ fn second_half_of_an_instruction_can_be_replaced() {
     assert_eq!(restart(&mut board, 2), 0x55);
     replace(&mut board, CODE + 4, 0xBF00_0066);
     assert_eq!(restart(&mut board, 2), 0x66);
+    board.bus.memory.poke(CODE_WORD, Width::Word, 0xBF00_0077);
+    assert_eq!(restart(&mut board, 2), 0x77);
 }
 
 /// Given a replaced word of flash, then words, half-words, bytes and blocks have its parts. An unaligned word has those of flash.
@@ -244,4 +246,25 @@ fn breakpoint_stops_at_an_instruction() {
     board.store(FP_COMP0, CODE + 4 | BREAKPOINT | 1);
     board.step();
     assert_eq!(board.try_step(), Err(Stop::Unpredictable { address: CODE + 2, word: 0xF240_BE00 }));
+}
+
+/// Given an unprivileged load under protection, then it has the replaced word.
+#[test]
+fn unprivileged_load_is_replaced() {
+    // LDRT r2, [r0]
+    let mut board = Board::new(&[0xF850, 0x2E00]);
+    replace(&mut board, AT, 0x4433_2211);
+    board.store(MPU_RBAR, AT | 1 << 4);
+    board.store(MPU_RASR, 0b011 << 24 | 4 << 1 | 1);
+    board.store(MPU_CTRL, 0b101);
+    board.set_r0_r1(AT, 0);
+    assert_eq!(board.steps(1).r[2], 0x4433_2211);
+}
+
+#[test]
+fn unpredictable_replacement_is_reported() {
+    let mut board = Board::new(&[NOP, NOP]);
+    // LDRD r2, r2, [r0]
+    replace(&mut board, CODE, 0x2200_E9D0);
+    assert_eq!(board.try_step(), Err(Stop::Unpredictable { address: CODE, word: 0xE9D0_2200 }));
 }
