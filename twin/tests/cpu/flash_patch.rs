@@ -131,10 +131,10 @@ fn each_comparator_has_its_word() {
     board.bus.memory.poke_words(TABLE, (0..8).map(|n| 0x2010_2020 + 0x1_0001 * n));
     board.store(FP_REMAP, TABLE);
     for n in 0..6 {
-        board.store(FP_COMP0 + 4 * n, CODE + 4 * n | 1);
+        board.store(FP_COMP0 + 4 * n, (CODE + 4 * n) | 1);
     }
     for n in 0..2 {
-        board.store(FP_COMP6 + 4 * n, AT + 4 * n | 1);
+        board.store(FP_COMP6 + 4 * n, (AT + 4 * n) | 1);
     }
     board.store(FP_CTRL, ON);
     for n in 0..6 {
@@ -165,7 +165,7 @@ fn comparator_change_reaches_decoded_instructions() {
     assert_eq!(both(&mut board), (1, 2));
     replace(&mut board, CODE, 0xBF00_2011);
     assert_eq!(both(&mut board), (0x11, 2));
-    board.store(FP_COMP0, CODE + 4 | 1);
+    board.store(FP_COMP0, (CODE + 4) | 1);
     assert_eq!(both(&mut board), (1, 0x11));
     board.store(FP_COMP0, CODE + 4);
     assert_eq!(both(&mut board), (1, 2));
@@ -243,7 +243,7 @@ fn breakpoint_stops_at_an_instruction() {
     board.store(FP_CTRL, ON);
     board.store(FP_COMP0, CODE | BREAKPOINT | 1);
     assert_eq!(board.try_step(), Err(Stop::Breakpoint { address: CODE, immediate: 0 }));
-    board.store(FP_COMP0, CODE + 4 | BREAKPOINT | 1);
+    board.store(FP_COMP0, (CODE + 4) | BREAKPOINT | 1);
     board.step();
     assert_eq!(board.try_step(), Err(Stop::Unpredictable { address: CODE + 2, word: 0xF240_BE00 }));
 }
