@@ -88,6 +88,12 @@ impl Fpb {
         self.comparators.map(|comparator| comparator & ADDRESS)
     }
 
+    /// Returns whether the unit is on.
+    #[inline]
+    pub fn is_enabled(&self) -> bool {
+        self.is_enabled
+    }
+
     /// Returns what replaces the half-word of an instruction.
     #[inline]
     pub fn instruction(&self, address: u32) -> Option<Replacement> {
@@ -102,7 +108,6 @@ impl Fpb {
     }
 
     /// Returns the address from which aligned data are loaded.
-    #[inline]
     pub fn data(&self, address: u32) -> u32 {
         if !self.is_enabled || address >= CODE_END {
             return address;
