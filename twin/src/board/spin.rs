@@ -48,7 +48,7 @@ impl EmulatedBoard {
     /// Returns whether the next instruction branches to itself.
     pub(super) fn branches_to_itself(&self) -> bool {
         let memory = &self.chip.memory;
-        let place = memory.place(self.core.pc());
+        let place = self.core.code_address().and_then(|address| memory.place(address));
         place.and_then(|place| memory.load(place, Width::Half)) == Some(BRANCH_TO_ITSELF)
     }
 

@@ -4,7 +4,7 @@ mod access;
 
 use std::ops::Range;
 
-use crate::cpu::bus::Bus;
+use crate::cpu::bus::{Bus, BusError};
 use crate::cpu::cache::{Cache, Code};
 use crate::cpu::cycles;
 use crate::cpu::decode;
@@ -354,7 +354,7 @@ impl Core {
     fn fetch<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<Decoded> {
         let first = self.fetch_half(bus, pc)?;
         let wide = decode::is_wide(first);
-        let second = if wide { self.fetch_half(bus, pc.wrapping_add(2))? } else { 0 };
+        let second = if wide { self.fetch_second_half(bus, pc.wrapping_add(2))? } else { 0 };
         let decode = || if wide { decode::wide(first, second) } else { decode::narrow(first) };
         if self.cache.covers(pc) {
             let decoded = decode();
@@ -376,12 +376,24 @@ impl Core {
         if !self.may_execute(address) {
             return Err(self.raise(Trap::FetchAccess));
         }
-        let address = match self.fpb.instruction(address) {
-            None => address,
-            Some(Replacement::Address(address)) => address,
-            Some(Replacement::Breakpoint) => return Ok(BKPT),
-        };
-        bus.fetch(address).map_err(|_| self.raise(Trap::FetchBus))
+        self.read_half(bus, address).map_err(|_| self.raise(Trap::FetchBus))
+    }
+
+    /// Fetches the second half of an instruction. A breakpoint there, and not at the first half, is UNPREDICTABLE (C1.11).
+    fn fetch_second_half<B: Bus>(&mut self, bus: &mut B, address: u32) -> Result<u16> {
+        if self.fpb.instruction(address) == Some(Replacement::Breakpoint) {
+            return Err(self.raise(Trap::Unpredictable));
+        }
+        self.fetch_half(bus, address)
+    }
+
+    /// Reads a half-word of an instruction, or what the FPB replaces it by.
+    fn read_half<B: Bus>(&self, bus: &mut B, address: u32) -> Result<u16, BusError> {
+        match self.fpb.instruction(address) {
+            None => bus.fetch(address),
+            Some(Replacement::Address(place)) => bus.fetch(place),
+            Some(Replacement::Breakpoint) => Ok(BKPT),
+        }
     }
 
     /// Runs an instruction while EPSR holds more than T: in an IT block, in the middle of a load or store multiple, or without T.
@@ -436,13 +448,25 @@ impl Core {
     }
 
     /// The encoding at `address`, for a report.
-    pub(in crate::cpu) fn encoding<B: Bus>(&mut self, bus: &mut B, address: u32) -> u32 {
-        let first = bus.fetch(address).unwrap_or_default();
+    pub(in crate::cpu) fn encoding<B: Bus>(&self, bus: &mut B, address: u32) -> u32 {
+        let first = self.read_half(bus, address).unwrap_or_default();
         if decode::is_wide(first) {
-            let second = bus.fetch(address.wrapping_add(2)).unwrap_or_default();
+            let second = self.read_half(bus, address.wrapping_add(2)).unwrap_or_default();
             u32::from(first) << 16 | u32::from(second)
         } else {
             u32::from(first)
+        }
+    }
+
+    /// Returns the address from which the core reads its next instruction: its own, or that of the word by which the FPB replaces it.
+    /// `None` if the FPB replaces it by BKPT.
+    #[must_use]
+    pub fn code_address(&self) -> Option<u32> {
+        let pc = self.r[15];
+        match self.fpb.instruction(pc) {
+            None => Some(pc),
+            Some(Replacement::Address(place)) => Some(place),
+            Some(Replacement::Breakpoint) => None,
         }
     }
 

@@ -45,8 +45,8 @@ impl Core {
         privileged: bool,
     ) -> Result<u32> {
         self.spent += cycles::ACCESS;
-        if self.is_plain(Place { address, width, privileged }, Access::Read) {
-            return bus.load(self.fpb.data(address), width).map_err(|_| self.raise(Trap::DataBus(address)));
+        if !self.fpb.is_enabled() && self.is_plain(Place { address, width, privileged }, Access::Read) {
+            return bus.load(address, width).map_err(|_| self.raise(Trap::DataBus(address)));
         }
         self.access_special(bus, Place { address, width, privileged }, None)
     }

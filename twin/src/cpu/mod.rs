@@ -1,8 +1,8 @@
 //! An emulated Cortex-M4F: ARMv7E-M with FPv4-SP as DDI 0403E and the Cortex-M4 technical reference manual (ARM 100166) describe it.
 //!
 //! A *core* executes the instructions of a program and takes its exceptions. It contains what the architecture puts inside: NVIC with 97
-//! lines and 4 bits of priority, SysTick, system control block, MPU with 8 regions, FPU, cycle counter. Memories and peripherals
-//! belong to a *bus*, which the owner of the core implements and lends to each step:
+//! lines and 4 bits of priority, SysTick, system control block, MPU with 8 regions, FPU, cycle counter, flash patch and breakpoint unit
+//! (FPB). Memories and peripherals belong to a *bus*, which the owner of the core implements and lends to each step:
 //!
 //! ```
 //! use can_twin::cpu::{Bus, BusError, Config, Core, Width};
@@ -55,6 +55,8 @@
 //!   the handler; the real core would fetch its vector instead (late arrival).
 //! - Bus faults are precise; there is no write buffer.
 //! - Memory attributes (TEX, S, C, B of the MPU) have no effect.
+//! - The FPB replaces neither vectors nor the words of a stack frame at the return from an exception. A replaced word costs one access to
+//!   RAM; the real core also reads the word that it replaces, and ignores it.
 //! - Not there: ITM, TPIU, comparators and profiling counters of the DWT, DCRSR and DCRDR, vector catch and stepping in DEMCR,
 //!   DISFPCA and DISOOFP in ACTLR, CCR.BFHFNMIGN. A program that accesses them stops with [`Stop::Unmodelled`].
 //! - UNPREDICTABLE encodings stop the core with [`Stop::Unpredictable`], or raise a UsageFault where [`Config::unpredictable`] says so.

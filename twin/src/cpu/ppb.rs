@@ -251,11 +251,10 @@ impl Core {
         Ok(())
     }
 
-    /// Changes the FPB. Instructions that were or are replaced are decoded again.
+    /// Changes the FPB, and forgets decoded instructions that it may replace now. Those that it replaced were not kept.
     pub(in crate::cpu) fn change_fpb(&mut self, change: impl FnOnce(&mut Fpb)) {
-        let before = self.fpb.words();
         change(&mut self.fpb);
-        for word in before.into_iter().chain(self.fpb.words()) {
+        for word in self.fpb.words() {
             self.invalidate(word..word + 4);
         }
     }

@@ -1,4 +1,4 @@
-//! The CRC calculation unit (RM0090 chapter 4). A store takes effect at once; the bus waits no cycles for it.
+//! The CRC calculation unit (RM0090 chapter 4). A store takes effect at once. On the part it takes 4 cycles, for which the next access waits.
 
 /// Polynomial of CRC-32, without its highest power.
 const POLYNOMIAL: u32 = 0x04C1_1DB7;

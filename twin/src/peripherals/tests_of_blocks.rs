@@ -92,6 +92,25 @@ fn crc_unit_has_a_clock_and_a_reset() {
     assert_eq!(bench.read(dr), u32::MAX);
 }
 
+/// Given the CRC unit with its clock, then bits of the remainder and of the independent byte flip. Others, and all without clock, do not.
+#[test]
+fn bits_of_the_crc_unit_flip() {
+    let mut bench = Bench::pyboard();
+    let (dr, idr, cr) = (0x4002_3000, 0x4002_3004, 0x4002_3008);
+    let flip = |bench: &mut Bench, address, bit| bench.peripherals.flip(bench.now(), address, bit);
+    assert_eq!(flip(&mut bench, dr, 0), Err(Refusal::Unmodelled));
+    bench.set_up([(RCC + 0x30, 1 << 12), (idr, 0x1A5)]);
+    for (address, bit, flipped) in [(dr, 31, 0x7FFF_FFFF), (idr, 7, 0x25)] {
+        assert_eq!(flip(&mut bench, address, bit), Ok(()));
+        assert_eq!(bench.read(address), flipped);
+    }
+    for (address, bit) in [(idr, 8), (cr, 0)] {
+        assert_eq!(flip(&mut bench, address, bit), Err(Refusal::Unmodelled));
+    }
+    bench.write(cr, 1);
+    assert_eq!([dr, idr, cr].map(|address| bench.read(address)), [u32::MAX, 0x25, 0]);
+}
+
 /// WDG_SW clear: the watchdog runs from every reset on, with FFFh counts of 4 periods of 32 kHz.
 #[test]
 fn the_option_bytes_start_the_watchdog() {

@@ -1,8 +1,11 @@
 //! The flash patch and breakpoint unit (FPB): words of the code region in place of which the core reads others (C1.11; "FPB" in
 //! the technical reference manual).
 //!
-//! Six comparators replace instructions, by a word of RAM or by BKPT, two replace data. Not replaced are unaligned data, vectors
-//! (C1.11.1 leaves that to the implementation), and what DMA reads. A system reset keeps the unit as it is.
+//! Six comparators replace instructions, by a word of RAM or by BKPT, two replace data. Comparator n takes its word from FP_REMAP + 4 n.
+//! The MPU checks the original address. Power-on resets the unit, a system reset does not.
+//!
+//! Not replaced are unaligned data, vectors (the architecture leaves that to the implementation), words of a stack frame at the return
+//! from an exception, and data that DMA reads. A breakpoint at the second half of an instruction alone is UNPREDICTABLE.
 
 /// Comparators for instructions; those for data follow.
 const CODE: usize = 6;
@@ -85,6 +88,12 @@ impl Fpb {
         self.comparators.map(|comparator| comparator & ADDRESS)
     }
 
+    /// Returns whether the unit is on.
+    #[inline]
+    pub fn is_enabled(&self) -> bool {
+        self.is_enabled
+    }
+
     /// Returns what replaces the half-word of an instruction.
     #[inline]
     pub fn instruction(&self, address: u32) -> Option<Replacement> {
@@ -99,7 +108,6 @@ impl Fpb {
     }
 
     /// Returns the address from which aligned data are loaded.
-    #[inline]
     pub fn data(&self, address: u32) -> u32 {
         if !self.is_enabled || address >= CODE_END {
             return address;

@@ -8,6 +8,7 @@ mod debug;
 mod flash;
 mod guests;
 mod parts;
+mod patches;
 mod programs;
 mod pulse;
 mod spacecraft;
