@@ -137,16 +137,18 @@ fn finish() -> Result<(), NorFlashErrorKind> {
     cortex_m::asm::dsb();
     while FLASH.sr().read().bsy() {}
     FLASH.cr().write(|w| w.set_lock(true));
-    let acr = FLASH.acr().read();
-    // The cache may be reset only while it is off.
-    let mut off = acr;
-    off.set_dcen(false);
-    FLASH.acr().write_value(off);
-    let mut reset = off;
-    reset.set_dcrst(true);
-    FLASH.acr().write_value(reset);
-    FLASH.acr().write_value(off);
-    FLASH.acr().write_value(acr);
+    // The cache may be reset only while it is off, and the supervisor would mend that.
+    cortex_m::interrupt::free(|_| {
+        let acr = FLASH.acr().read();
+        let mut off = acr;
+        off.set_dcen(false);
+        FLASH.acr().write_value(off);
+        let mut reset = off;
+        reset.set_dcrst(true);
+        FLASH.acr().write_value(reset);
+        FLASH.acr().write_value(off);
+        FLASH.acr().write_value(acr);
+    });
     let status = FLASH.sr().read();
     let failed = status.pgserr() || status.pgperr() || status.pgaerr() || status.wrperr();
     if failed { Err(NorFlashErrorKind::Other) } else { Ok(()) }
