@@ -2,8 +2,8 @@
 //!
 //! `ecss-can-stm32f4` reserves eight bytes of flash under the name `__program_seal`. The linker leaves them erased. The
 //! seal is written here, into each image that this program builds. The CRC is that of the CRC unit of the chip
-//! (CRC-32/MPEG-2 of the words) from 0800 0000h to the end of the last segment. Gaps between segments, and the rest of the last word,
-//! count as erased flash.
+//! (CRC-32/MPEG-2 of the words) from 0800 0000h to the end of the last segment. Gaps between segments, and the rest of the last line of
+//! four words, count as erased flash.
 
 use std::ops::Range;
 
@@ -16,6 +16,7 @@ const SYMBOL: &str = "__program_seal";
 /// Length and balance, little-endian.
 const BYTES: usize = 8;
 const WORD: usize = 4;
+const LINE: usize = 16;
 const FLASH: u64 = 0x0800_0000;
 /// The largest flash of a chip.
 const FLASH_BYTES: usize = 2 << 20;
@@ -50,7 +51,7 @@ fn seal(elf: &[u8]) -> Option<(Range<usize>, [u8; BYTES])> {
         }
     }
     let place = place?;
-    flash.resize(flash.len().next_multiple_of(WORD), 0xFF);
+    flash.resize(flash.len().next_multiple_of(LINE), 0xFF);
     let bytes = (flash.len() as u32).to_le_bytes();
     flash[at..at + WORD].copy_from_slice(&bytes);
     let balance = balance(&flash, at + WORD).to_le_bytes();
@@ -126,7 +127,7 @@ mod tests {
         Crc::<u32>::new(&CRC_32_MPEG_2).checksum(&as_words(bytes))
     }
 
-    /// Given a program with its seal in the middle, and a last word of two bytes, then the seal has the length in whole words, the
+    /// Given a program with its seal in the middle, and a last line of two bytes, then the seal has the length in whole lines, the
     /// CRC with the seal is zero, and the rest is unchanged.
     #[test]
     fn program_with_its_seal_has_the_crc_zero() {
@@ -135,22 +136,22 @@ mod tests {
         let before = file.clone();
         write(&mut file);
         let at = HEADERS as usize + 4;
-        assert_eq!(file[at..at + 4], [20, 0, 0, 0]);
-        let flash = [&file[at - 4..at + BYTES + 4], b"9A\xFF\xFF"].concat();
+        assert_eq!(file[at..at + 4], [32, 0, 0, 0]);
+        let flash = [&file[at - 4..at + BYTES + 4], b"9A", &[0xFF; 14]].concat();
         assert_eq!(crc(&flash), 0);
         file[at..at + BYTES].fill(0xFF);
         assert_eq!(file, before, "the rest is unchanged");
     }
 
-    /// Given a program that ends with its seal, then the balance is the CRC of what is before it: of "123456789", padded to words.
+    /// Given a program that ends with its seal, then the balance is the CRC of what is before it.
     #[test]
     fn balance_at_the_end_is_the_crc_before_it() {
-        let first = [b"1234567890ab", &ERASED[..]].concat();
-        let mut file = elf([(0x0800_0000, &first), (0x2000_0000, &[])], (SYMBOL, 0x0800_000C));
+        let first = [b"12345678", &ERASED[..]].concat();
+        let mut file = elf([(0x0800_0000, &first), (0x2000_0000, &[])], (SYMBOL, 0x0800_0008));
         write(&mut file);
-        let at = HEADERS as usize + 12;
-        let balance = crc(b"1234567890ab\x14\0\0\0").to_le_bytes();
-        assert_eq!(file[at..at + BYTES], [&[20, 0, 0, 0], &balance[..]].concat());
+        let at = HEADERS as usize + 8;
+        let balance = crc(b"12345678\x10\0\0\0").to_le_bytes();
+        assert_eq!(file[at..at + BYTES], [&[16, 0, 0, 0], &balance[..]].concat());
     }
 
     /// Given a gap between two segments, then it counts as erased.
@@ -160,8 +161,8 @@ mod tests {
         let mut file = elf([(0x0800_0000, &first), (0x0800_0014, b"5678")], (SYMBOL, 0x0800_0000));
         write(&mut file);
         let at = HEADERS as usize;
-        let flash = [&file[at..at + 12], &[0xFF; 8], b"5678"].concat();
-        assert_eq!(file[at..at + 4], [24, 0, 0, 0]);
+        let flash = [&file[at..at + 12], &[0xFF; 8], b"5678", &[0xFF; 8]].concat();
+        assert_eq!(file[at..at + 4], [32, 0, 0, 0]);
         assert_eq!(crc(&flash), 0);
     }
 

@@ -5,11 +5,11 @@ use embassy_time::Timer;
 use super::mend::{add, begin, mend_program, sealed, whole};
 use crate::registers::UPSETS;
 
-/// Words that are added between two turns of the other tasks.
-const SLICE: usize = 32;
+/// Lines that are added between two turns of the other tasks.
+const SLICE: usize = 16;
 /// Time between two slices in microseconds. A program of 90 KiB is checked in 0.8 s, before a master misses three heartbeats of
 /// a slave with a flipped bit.
-const PERIOD: u64 = 1_000;
+const PERIOD: u64 = 2_000;
 
 /// Checks the program again and again. Returns at once if it has no seal.
 ///

@@ -4,13 +4,13 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 
 use super::mend::{add, begin, mend_program, sealed};
 
-/// Words that are added in a tick.
-const SLICE: usize = 128;
+/// Lines that are added in a tick.
+const SLICE: usize = 32;
 
-/// Words that were added in this pass.
+/// Lines that were added in this pass.
 static ADDED: AtomicUsize = AtomicUsize::new(0);
 
-/// Adds the next words of the program. At the end of a pass with a wrong remainder the program is mended.
+/// Adds the next lines of the program. At the end of a pass with a wrong remainder the program is mended.
 pub fn on_tick() {
     let added = ADDED.load(Ordering::Relaxed);
     let rest = sealed().get(added..).unwrap_or_default();

@@ -17,6 +17,9 @@ use embassy_stm32::pac::{CRC, RCC};
 
 use super::remainder::flipped;
 
+/// Four words of the program. Read one after the other in one step of a loop, they take half the time.
+pub(super) type Line = [u32; 4];
+
 /// A word of erased flash.
 const ERASED: u32 = u32::MAX;
 /// Comparators for instructions and for data.
@@ -28,7 +31,7 @@ const ENABLED: u32 = 1 << 1 | 1 << 0;
 /// Seal of the program.
 #[repr(C)]
 struct Seal {
-    /// Length of the program in bytes, a multiple of four.
+    /// Length of the program in bytes, whole lines.
     bytes: u32,
     /// The remainder of the program is zero with this word.
     balance: u32,
@@ -51,19 +54,19 @@ unsafe impl Sync for Replacements {}
 static REPLACEMENTS: Replacements = Replacements(UnsafeCell::new([0; 8]));
 
 unsafe extern "C" {
-    static __vector_table: u32;
+    static __vector_table: Line;
     static __store_start: u8;
 }
 
-/// Returns the words of the program, none if it has no seal.
-pub(super) fn sealed() -> &'static [u32] {
+/// Returns the lines of the program, none if it has no seal.
+pub(super) fn sealed() -> &'static [Line] {
     let start = addr_of!(__vector_table);
     let room = addr_of!(__store_start) as usize - start as usize;
     // SAFETY: the seal is a static. The read is volatile: the compiler knows the initial value only.
     let bytes = unsafe { addr_of!(SEAL.bytes).read_volatile() } as usize;
-    let words = if bytes > room { 0 } else { bytes / 4 };
+    let lines = if bytes > room { 0 } else { bytes / size_of::<Line>() };
     // SAFETY: flash from the vector table to the parameter store is readable, and no code of a node writes it.
-    unsafe { core::slice::from_raw_parts(start, words) }
+    unsafe { core::slice::from_raw_parts(start, lines) }
 }
 
 /// Starts a remainder.
@@ -71,10 +74,13 @@ pub(super) fn begin() {
     CRC.cr().write_value(Cr(1));
 }
 
-/// Adds words to the remainder, and returns it.
-pub(super) fn add(words: &[u32]) -> u32 {
-    for word in words {
-        CRC.dr().write_value(read(word));
+/// Adds lines to the remainder, and returns it.
+pub(super) fn add(lines: &[Line]) -> u32 {
+    for [a, b, c, d] in lines {
+        CRC.dr().write_value(read(a));
+        CRC.dr().write_value(read(b));
+        CRC.dr().write_value(read(c));
+        CRC.dr().write_value(read(d));
     }
     CRC.dr().read()
 }
@@ -100,14 +106,15 @@ pub fn mend_program() -> ProgramState {
     }
     // If a word is replaced already, either bit may be wrong, that in flash or that in RAM.
     set_comparators(0);
-    let Some((at, bit)) = flipped(remainder(program), program.len()) else { return ProgramState::Damaged };
-    if let Some(word) = program.get(at) {
+    let words = program.as_flattened();
+    let Some((at, bit)) = flipped(remainder(program), words.len()) else { return ProgramState::Damaged };
+    if let Some(word) = words.get(at) {
         replace(word, read(word) ^ bit);
     }
     ProgramState::Mended
 }
 
-fn remainder(program: &[u32]) -> u32 {
+fn remainder(program: &[Line]) -> u32 {
     begin();
     add(program)
 }
