@@ -67,8 +67,9 @@ fn a_slave_is_started_as_soon_as_it_has_booted() {
         assert_eq!((booted.1, started.1), (BOOT_UP, OPERATIONAL));
         let start = FLIGHT.first_after(booted.0, |seen| seen.id() == Some(0) && seen.data() == [1, node]);
         assert!(start.unwrap().end < started.0);
-        // The slave scans the store of an erased chip (4 ms). The master reads identity and settings over SDO.
-        assert!(started.0 < ms(setup(node).power_on_ms + 20), "node {node}: {} us", started.0.as_us());
+        // The slave checks its program (8 ms) and scans the store of an erased chip (4 ms). The master reads identity and settings over
+        // SDO.
+        assert!(started.0 < ms(setup(node).power_on_ms + 28), "node {node}: {} us", started.0.as_us());
     }
 }
 
@@ -179,8 +180,8 @@ fn the_uptime_told_is_the_time_since_power_on() {
         for (asked, reply) in replies(node, 0x0101) {
             let since_power_on = asked.since(ms(setup(node).power_on_ms)).as_us() / 1000;
             let told = number(&reply);
-            // The clock starts after the start of the crystal and the initialisation of memory.
-            assert!((since_power_on - 10..=since_power_on + 1).contains(&told), "node {node}: {told} ms");
+            // The clock starts after the check of the program, the start of the crystal and the initialisation of memory.
+            assert!((since_power_on - 18..=since_power_on + 1).contains(&told), "node {node}: {told} ms");
         }
     }
 }
@@ -229,7 +230,7 @@ fn no_slave_sees_an_error_or_loses_a_frame() {
         }
     }
     let is_destroyed = |wire: &&WireRecord| matches!(wire.record, Observation::Destroyed { .. });
-    let destroyed = FLIGHT.records.iter().filter(is_destroyed).filter(|wire| wire.at > ms(72));
+    let destroyed = FLIGHT.records.iter().filter(is_destroyed).filter(|wire| wire.at > ms(80));
     assert_eq!(destroyed.count(), 0, "with two nodes on the bus every frame is acknowledged");
 }
 

@@ -98,12 +98,12 @@ fn a_repeat_on_the_other_bus_is_dropped() {
 fn a_request_of_its_code_alone_is_answered() {
     const VALUE: [u8; 8] = [0x02, 0x01, 0, 0, 0, 0, 0, 0];
     let (mut flight, guest) = Flight::with_guest(&MASTER_AND_THREE, Bus::Nominal);
-    flight.fly_to(1_045);
-    for (bytes, at_ms) in (2..=8).zip((1_045..).step_by(3)) {
+    flight.fly_to(1_055);
+    for (bytes, at_ms) in (2..=8).zip((1_055..).step_by(3)) {
         flight.twin.inject(guest, ms(at_ms), WireFrame::standard(0x403, &VALUE[..bytes]));
     }
     flight.fly_to(1_095);
-    let answers = flight.sent(3, Bus::Nominal, 0x383).filter(|seen| seen.end > ms(1_045));
+    let answers = flight.sent(3, Bus::Nominal, 0x383).filter(|seen| seen.end > ms(1_055));
     let codes: Vec<&[u8]> = answers.map(|seen| &seen.data()[..2]).collect();
     assert_eq!(codes, [[0x02, 0x01]; 7]);
     flight.fly_to(2_200);

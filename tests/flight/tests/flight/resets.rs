@@ -25,8 +25,8 @@ fn the_master_is_reset_and_its_slaves_fly_on() {
     flight.reset(MASTER);
     flight.fly_to(2500);
     let booted = boot_up(&flight, MASTER, Bus::Nominal, ms(1000)).unwrap();
-    // Its program starts after 6.9 ms, its node is Operational 3.0 ms later.
-    assert!(booted < ms(1011), "{} us", booted.as_us());
+    // Its program is checked for 11.4 ms and starts after 18.3 ms, its node is Operational 3.0 ms later.
+    assert!(booted < ms(1022), "{} us", booted.as_us());
     flight.assert_kept_running([2, 3, 4], ms(300));
     flight.assert_operational([2, 3, 4], Bus::Nominal);
     for node in [2, 3, 4] {
@@ -80,7 +80,7 @@ fn a_slave_that_starts_again_is_taken_back() {
         }
         flight.fly_to(from + 1500);
         let booted = boot_up(&flight, 3, Bus::Nominal, ms(1000)).unwrap();
-        assert!(booted > ms(from) && booted < ms(from + 10), "{events:?}: {} us", booted.as_us());
+        assert!(booted > ms(from) && booted < ms(from + 15), "{events:?}: {} us", booted.as_us());
         let said = flight.heartbeats(3, Bus::Nominal).into_iter().filter(|(at, _)| *at >= booted);
         let states: Vec<u8> = said.map(|(_, state)| state).collect();
         assert_eq!(states[..2], [BOOT_UP, OPERATIONAL], "{events:?}");
@@ -119,7 +119,7 @@ fn after(frame: WireFrame) -> (Flight, Time, Vec<u8>) {
 /// Verifies: ECSS 6.5.1a.4, 6.5.1a.5, 6.5.3a
 #[test]
 fn reset_node_resets_the_chip_and_reset_communication_does_not() {
-    for (command, chip_resets, within_ms) in [(0x81, 1, 10), (0x82, 0, 1)] {
+    for (command, chip_resets, within_ms) in [(0x81, 1, 15), (0x82, 0, 1)] {
         println!("{command:02X}h");
         let (flight, sent, states) = commanded(command);
         for text in ["reset by the master", "slave 3 starts"].into_iter().filter(|_| chip_resets == 1) {

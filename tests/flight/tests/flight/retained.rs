@@ -72,7 +72,7 @@ fn a_slave_that_is_reset_starts_on_the_bus_it_found() {
         }
         let (booted, bus) = boot_up(&mut flight).unwrap();
         assert_eq!(bus, Bus::Redundant, "{}", flight.log(SLAVE));
-        assert!(booted < from + ms(10), "{} us", booted.since(from).as_us());
+        assert!(booted < from + ms(15), "{} us", booted.since(from).as_us());
         flight.assert_operational([SLAVE, 2], Bus::Redundant);
         flight.assert_sound();
     }
