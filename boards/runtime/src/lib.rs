@@ -12,7 +12,7 @@
 //! | `exceptions` | handlers of faults, NMI and SysTick, which end or supervise the program |
 //! | `memory` | routines of the compiler, smaller or faster: copies of memory, divisions of 64-bit numbers |
 //! | `mend` | a check of the program in flash at each reset, which mends a flipped bit |
-//! | `program` | the same check also in the background, as a task beside those of the node |
+//! | `program` | `mend`, and the same check in the background, as a task beside those of the node |
 //!
 //! An image links this crate by using `Irqs`, or by `use ecss_can_runtime as _`. [`node_tasks`] declares a function that
 //! spawns the tasks of a node, [`pulse_task`] one for the pulse output.

@@ -2,6 +2,8 @@
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
+use embassy_stm32::pac::RCC;
+
 use super::mend::{add, begin, mend_program, sealed};
 
 /// Lines that are added in a tick.
@@ -12,17 +14,23 @@ static ADDED: AtomicUsize = AtomicUsize::new(0);
 
 /// Adds the next lines of the program. At the end of a pass with a wrong remainder the program is mended.
 pub fn on_tick() {
+    let program = sealed();
+    if program.is_empty() {
+        return;
+    }
     let added = ADDED.load(Ordering::Relaxed);
-    let rest = sealed().get(added..).unwrap_or_default();
+    if added == 0 {
+        // No table of registers shows that this clock was lost.
+        RCC.ahb1enr().modify(|w| w.set_crcen(true));
+        begin();
+    }
+    let rest = program.get(added..).unwrap_or_default();
     let slice = rest.get(..SLICE).unwrap_or(rest);
     let is_wrong = add(slice) != 0;
-    ADDED.store(added + slice.len(), Ordering::Relaxed);
-    if slice.len() < SLICE {
-        // A bit of this check may have flipped, too. `mend_program` begins again.
-        if is_wrong {
-            mend_program();
-        }
-        begin();
-        ADDED.store(0, Ordering::Relaxed);
+    let is_last = slice.len() < SLICE;
+    // A bit of this check may have flipped, too. `mend_program` begins again.
+    if is_last && is_wrong {
+        mend_program();
     }
+    ADDED.store(if is_last { 0 } else { added + SLICE }, Ordering::Relaxed);
 }

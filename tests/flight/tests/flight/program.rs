@@ -102,6 +102,16 @@ fn program_without_a_seal_is_not_checked() {
     flight.assert_operational([SLAVE], Bus::Nominal);
 }
 
+/// Given the image of a minimal slave with an erased seal, then it is not checked either.
+#[test]
+fn minimal_program_without_a_seal_is_not_checked() {
+    let mut flight = minimal::librecube(&[minimal::MASTER_SETUP, minimal::SETUP]);
+    let seal = flight.emulated(minimal::MINIMAL).symbol("__program_seal").expect("a seal").address;
+    flight.emulated_mut(minimal::MINIMAL).write_flash(seal, &[0xFF; 8]).unwrap();
+    flight.fly_to(1_000);
+    assert!(flight.of(minimal::MINIMAL).count() > 0, "{}", flight.log(minimal::MINIMAL));
+}
+
 /// Given the parameters of a slave, when it saves them to the flash behind its program, then the program is still whole.
 #[test]
 fn saved_parameters_are_no_part_of_the_program() {
