@@ -11,8 +11,10 @@
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::ErrorKind;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, bail, ensure};
 use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag, TagEnd};
@@ -85,12 +87,31 @@ pub fn steps(markdown: &str) -> anyhow::Result<Vec<Step>> {
     Ok(steps)
 }
 
-/// Makes an empty folder outside this repository, the same for each run of the test `name`. Images are built for the
-/// path of a board, and the build stays in `target`.
+/// One test at a time builds into `target/page`: packages and images of several tests have the same name.
+static BUILDS: Mutex<()> = Mutex::new(());
+
+/// An empty folder outside this repository, whose packages are built into `target/page`.
+#[derive(Debug)]
+pub struct FreshFolder {
+    path: PathBuf,
+    _builds: MutexGuard<'static, ()>,
+}
+
+impl Deref for FreshFolder {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// Makes an empty folder, the same for each run of the test `name`, after other tests of this process released theirs.
+/// Images are built for the path of a board, and the build stays in `target`.
 ///
 /// # Errors
 /// When it cannot be made.
-pub fn fresh_folder(name: &str) -> anyhow::Result<PathBuf> {
+pub fn fresh_folder(name: &str) -> anyhow::Result<FreshFolder> {
+    let builds = BUILDS.lock().unwrap_or_else(PoisonError::into_inner);
     let mut hasher = DefaultHasher::new();
     root()?.hash(&mut hasher);
     let folder = std::env::temp_dir().join(format!("{name}-{:016x}", hasher.finish()));
@@ -99,7 +120,7 @@ pub fn fresh_folder(name: &str) -> anyhow::Result<PathBuf> {
         _ => fs::create_dir(&folder),
     }
     .with_context(|| format!("cannot make {} anew", folder.display()))?;
-    Ok(folder)
+    Ok(FreshFolder { path: folder, _builds: builds })
 }
 
 /// A folder in which a page is followed.

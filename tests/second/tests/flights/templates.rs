@@ -23,5 +23,5 @@ fn each_template_is_tested_and_flown_at_once() {
         }
         assert!(top.join(name).join("flight/report.html").is_file(), "{kind}");
     }
-    fs::remove_dir_all(&top).expect("the folder goes");
+    fs::remove_dir_all(&*top).expect("the folder goes");
 }

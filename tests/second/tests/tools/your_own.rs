@@ -18,7 +18,7 @@ fn client_of_the_page_talks_to_the_device() {
     let mut folder = folder.with_tools(python.parent().unwrap());
     let steps = page::your_own().and_then(|steps| follow(&steps, &mut folder));
     steps.unwrap_or_else(|failure| panic!("{failure:#}"));
-    std::fs::remove_dir_all(&top).unwrap();
+    std::fs::remove_dir_all(&*top).unwrap();
 }
 
 /// Returns whether a step makes files, image or data sheet. Tests of the device and its flight are not needed.

@@ -25,7 +25,7 @@ fn steps_up_to_the_client_work() {
     let shown = follow(&top, page::your_own_master());
     assert_eq!(shown, 1, "the page shows what the master reports");
     assert_contains(&top.join("ground/ground.eds"), &["ProductName=Ground", "[1A00]"]);
-    fs::remove_dir_all(&top).expect("the folder goes");
+    fs::remove_dir_all(&*top).expect("the folder goes");
 }
 
 /// Executes the steps of a page before the first one that keeps running. Returns the number of outputs on that part of
