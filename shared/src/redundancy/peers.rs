@@ -84,6 +84,11 @@ impl<const N: usize> Peers<N> {
         }
     }
 
+    /// Returns whether [`assign`](Self::assign) was called so for a node.
+    pub(crate) fn agrees(&self, node: NodeId, is_slave: bool) -> bool {
+        self.remote(node).is_none_or(|remote| remote.is_assigned() == is_slave)
+    }
+
     /// Sets the consumer times of the entries of 1016h that are in use. Other nodes have the common one.
     pub fn set_times(&mut self, entries: &[u32]) {
         for remote in &mut self.remotes {

@@ -6,7 +6,7 @@
 //! The claims of the two boards have different COB-IDs. Equal frames that begin together are one frame on the wire,
 //! and neither sender hears the other. Frames with two COB-IDs never merge.
 
-use crate::types::{Bus, Canonical, CobId, Duration, Frame, Instant};
+use crate::types::{Bus, Canonical, CobId, Duration, Flag, Frame, Instant};
 
 /// A claim that went out so lately is still on its way: no other one follows. Bounds what a babbling node can provoke.
 const CLAIM_PAUSE: Duration = Duration::from_millis(10);
@@ -188,7 +188,7 @@ pub struct Standby {
     /// Bus on which another master was heard last.
     heard: Option<Bus>,
     /// It was active once because it heard no master after power-on.
-    has_begun: bool,
+    has_begun: Flag,
     /// The last claim that it made since it became active.
     said: Option<Claim>,
     #[canonical(value = self.present(now), within = self.pair.consumer)]
@@ -220,7 +220,7 @@ impl Standby {
             role: Role::Listening,
             until: Instant::NEVER,
             heard: None,
-            has_begun: false,
+            has_begun: Flag::of(false),
             said: None,
             encounter: None,
             claimed: 0,
@@ -230,6 +230,12 @@ impl Standby {
     /// Takes power-on at `now`.
     pub fn start(&mut self, now: Instant) {
         self.until = now + self.pair.listens(self.strap);
+    }
+
+    /// Takes the numbers of this board, and brings an instant that lies too far in the future back: a bit flipped.
+    pub(crate) fn refresh(&mut self, (pair, strap): (Pair, Strap), now: Instant) {
+        (self.pair, self.strap) = (pair, strap);
+        self.until = self.until.min(now + pair.consumer.max(pair.listens(strap)));
     }
 
     /// Returns the parameters of the mission.
@@ -255,7 +261,7 @@ impl Standby {
     /// Returns whether the clock of this board is that of the network from the beginning: no other master was
     /// there when it first became active. Otherwise slaves have the time of another board.
     pub(crate) const fn has_begun(&self) -> bool {
-        self.has_begun
+        self.has_begun.is_set()
     }
 
     /// Returns the bus on which another master was heard last. `None` before the first time.
@@ -355,7 +361,9 @@ impl Standby {
             return None;
         }
         let is_first = self.role == Role::Listening;
-        self.has_begun |= is_first;
+        if is_first {
+            self.has_begun = Flag::of(true);
+        }
         let cause = if is_first { RoleCause::Alone } else { RoleCause::MasterSilent };
         self.role = Role::Active;
         Some(RoleChange { role: self.role, cause })

@@ -50,6 +50,38 @@ pub struct LocalClock {
     refused: u16,
 }
 
+/// What a clock shows the time by, between two pairs or commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Course {
+    pub base: FineInstant,
+    pub scet: FineScet,
+    pub rate: i32,
+    pub drift: i32,
+    pub residue: i64,
+    pub slew: i32,
+    pub heard: FineInstant,
+    pub source: TimeSource,
+    pub steps: u16,
+}
+
+impl Course {
+    /// Returns in how many numbers it differs from another one.
+    pub fn differences(&self, other: &Course) -> usize {
+        let differs = [
+            self.base != other.base,
+            self.scet != other.scet,
+            self.rate != other.rate,
+            self.drift != other.drift,
+            self.residue != other.residue,
+            self.slew != other.slew,
+            self.heard != other.heard,
+            self.source != other.source,
+            self.steps != other.steps,
+        ];
+        differs.into_iter().filter(|differs| *differs).count()
+    }
+}
+
 /// A pair that differs from the clock by more than this steps it: 10 ms, in units of 2^-32 s.
 pub(super) const STEP_LIMIT: u64 = 42_949_673;
 
@@ -189,6 +221,19 @@ impl LocalClock {
         self.correct(at, change, now.max(at));
         self.taken(at, source);
         None
+    }
+
+    /// Returns what the clock shows the time by.
+    pub(super) const fn course(&self) -> Course {
+        let LocalClock { base, scet, rate, drift, residue, slew, heard, source, steps, .. } = *self;
+        Course { base, scet, rate, drift, residue, slew, heard, source, steps }
+    }
+
+    /// Takes a course again.
+    pub(super) const fn restore(&mut self, course: &Course) {
+        (self.base, self.scet, self.rate, self.drift) = (course.base, course.scet, course.rate, course.drift);
+        (self.residue, self.slew, self.heard) = (course.residue, course.slew, course.heard);
+        (self.source, self.steps) = (course.source, course.steps);
     }
 
     /// Forgets the clock if its parabola begins in the future: a bit of that instant flipped. Then the pair of the instant `at` sets

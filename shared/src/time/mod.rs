@@ -33,6 +33,7 @@
 //!   seconds.
 
 mod clock;
+mod copies;
 mod doubt;
 mod estimator;
 pub mod machine;
@@ -43,6 +44,7 @@ mod service;
 mod trust;
 
 pub(crate) use clock::LocalClock;
+pub(crate) use copies::ClockCopies;
 pub use objects::{
     ClockObjects, ClockQuality, LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, TimeCorrection, UtcGet, UtcSet,
 };

@@ -168,6 +168,11 @@ impl TimeService {
         &self.clock
     }
 
+    /// Returns the local clock, to be compared with its copies.
+    pub(crate) const fn clock_mut(&mut self) -> &mut LocalClock {
+        &mut self.clock
+    }
+
     /// Takes a SYNC that ended on the active bus, sent or received.
     pub fn on_sync(&mut self, bus: Bus, stamp: &Stamp) {
         let [last, _] = self.syncs;

@@ -89,6 +89,14 @@ impl Boot {
         }
     }
 
+    /// Returns whether [`assign`](Self::assign) was called so for a node.
+    pub fn agrees(&self, node: NodeId, assignment: Assignment) -> bool {
+        match self.records.get(node).duty {
+            Duty::Excused => assignment.is_mandatory(),
+            duty => duty == Duty::of(assignment),
+        }
+    }
+
     /// Returns the progress of a slave.
     pub fn progress(&self, node: NodeId) -> BootProgress {
         self.records.get(node).progress

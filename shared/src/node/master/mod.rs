@@ -1,8 +1,11 @@
 //! The master node.
 
+mod assignment;
 mod builder;
 mod declared;
 mod due;
+#[cfg(test)]
+mod flipped;
 mod initial;
 mod objects;
 mod ranging;
@@ -39,8 +42,8 @@ use crate::profile::{MinimalNode, Profile};
 use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard, Rescue};
 use crate::store::Group;
 use crate::sync;
-use crate::time::LocalClock;
-use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet};
+use crate::time::{ClockCopies, LocalClock};
+use crate::types::{Bus, CobId, Ecc, Frame, Instant, NodeId, Scet};
 
 type Turn<'a> = super::Turn<'a, MasterEvent>;
 
@@ -56,6 +59,9 @@ pub struct Master<D: SpacecraftDevice, B: MasterBoards = OneBoard> {
     transfers: Timed<Transfers>,
     redundancy: Timed<MasterRedundancy<B>>,
     clashes: StateClashes,
+    /// Code of object 1F81h.
+    assignments: Ecc,
+    clock: ClockCopies,
     identification: Timed<Identification>,
     errors: Timed<ErrorReader>,
     budgets: Timed<Budgets>,
@@ -80,6 +86,9 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let initial = Initial::new(profile);
         Master {
             clashes: StateClashes::default(),
+            // Computed at power-on.
+            assignments: Ecc::default(),
+            clock: ClockCopies::default(),
             identification: Timed::new(Identification::default()),
             errors: Timed::new(ErrorReader::new(requests::PERIOD)),
             budgets: Timed::new(Budgets::new(profile)),

@@ -5,7 +5,6 @@ use async_canopen::node::extend::{Part, SdoStep};
 use super::declared::MasterObjects;
 use super::initial::written_redundancy;
 use super::{Master, MasterServices, Turn};
-use crate::boot::machine::Assignment;
 use crate::emcy::ErrorCode;
 use crate::heartbeat::ConsumerSlots;
 use crate::link::machine::Outgoing;
@@ -105,24 +104,10 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Takes objects 1016h and 1F81h, before power-on and after "reset communication".
-    pub(super) fn take_assignments(&mut self) {
-        self.follow_consumers();
-        (1..=127).filter_map(NodeId::new).for_each(|node| self.take_assignment(node));
-    }
-
     /// Takes the consumer times of 1016h.
-    fn follow_consumers(&mut self) {
+    pub(super) fn follow_consumers(&mut self) {
         let redundancy = self.redundancy.change(self.services.wakes_mut());
         redundancy.peers_mut().set_times(self.services.objects().consumers.entries());
-    }
-
-    fn take_assignment(&mut self, node: NodeId) {
-        let network = self.services.network_mut();
-        let raw = entry(&mut network.assignment, node).map_or(0, |raw| *raw);
-        let assignment = Assignment::from_raw(raw);
-        self.boot_mut().assign(node, assignment);
-        self.redundancy_mut().peers_mut().assign(node, assignment.is_slave());
     }
 
     /// Executes a command written to 1F82h. The entry then shows the state of the node again.
@@ -250,7 +235,12 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     pub(super) fn scrub(&mut self, turn: &Turn) {
         self.services.compare_node_ids(&mut { NodeId::MASTER });
         let written = written_redundancy(&self.services, &self.initial);
-        if self.redundancy.no_sooner().refresh(written, turn.now) {
+        let is_wrong = [
+            self.redundancy.no_sooner().refresh(written, turn.now),
+            self.clock.compare(self.services.time_mut().clock_mut()),
+            self.compare_assignments(),
+        ];
+        if is_wrong.contains(&true) {
             self.services.report_flipped();
         }
         self.services.refresh_derived(self.redundancy.state(), turn.now);

@@ -188,7 +188,8 @@ impl<B: MasterBoards, const N: usize, const H: usize> MasterRedundancy<B, N, H> 
         let copies = [self.nmt.state_mut(), self.manager.state_mut(), &mut self.state];
         // That of a standby decides nothing.
         let is_wrong = is_active && correct(copies);
-        self.manager.refresh(written, now) || is_wrong
+        let is_other_board = self.boards.refresh(now);
+        self.manager.refresh(written, now) || is_wrong || is_other_board
     }
 
     /// Takes a command of the application to slaves. A slave that it stops, or makes Pre-operational, is held there.
