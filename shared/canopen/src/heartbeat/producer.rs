@@ -20,6 +20,11 @@ impl Producer {
         Producer { node, running: false, timer: Periodic::new(period) }
     }
 
+    /// Returns the Node-ID of the heartbeats.
+    pub const fn node(&self) -> NodeId {
+        self.node
+    }
+
     /// Sets the Node-ID of the heartbeats.
     pub(crate) const fn set_node(&mut self, node: NodeId) {
         self.node = node;

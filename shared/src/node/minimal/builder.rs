@@ -43,6 +43,7 @@ impl<D: MinimalDevice> MinimalSlaveBuilder<'_, D> {
             device,
             redundancy,
             lifetime: profile.event,
+            same_lifetime: profile.event,
             buses: Buses::new(access, profile.bus_off),
             selector: Selector::new(redundancy),
             heartbeat: heartbeat::machine::Producer::new(id, redundancy.producer),

@@ -36,7 +36,7 @@ fn flipped(time: Duration, bit: u32) -> Duration {
 /// A parameter, its bits, and how one of them flips.
 type Parameter = (&'static str, u32, fn(&mut Slave, u32));
 
-const PARAMETERS: [Parameter; 5] = [
+const PARAMETERS: [Parameter; 8] = [
     ("consumer time", 64, |slave, bit| slave.redundancy.consumer = flipped(slave.redundancy.consumer, bit)),
     ("producer time", 64, |slave, bit| slave.redundancy.producer = flipped(slave.redundancy.producer, bit)),
     ("Ttoggle", 8, |slave, bit| slave.redundancy.ttoggle ^= 1 << bit),
@@ -45,10 +45,13 @@ const PARAMETERS: [Parameter; 5] = [
         let period = flipped(slave.heartbeat.period(), bit);
         slave.heartbeat.set_period(period, slave.heartbeat.deadline().unwrap());
     }),
+    ("lifetime of telemetry", 64, |slave, bit| slave.lifetime = flipped(slave.lifetime, bit)),
+    ("Node-ID", 7, |slave, bit| slave.id = NodeId::new(slave.id.get() ^ 1 << bit).unwrap()),
+    ("heartbeats go on", 1, |slave, _| slave.heartbeat.stop()),
 ];
 
 /// Flips a bit of the copy of a parameter.
-const COPIES: [Parameter; 4] = [
+const COPIES: [Parameter; 6] = [
     ("consumer time", 64, |slave, bit| {
         change(slave, |all| all.consumer = flipped(all.consumer, bit));
     }),
@@ -57,6 +60,11 @@ const COPIES: [Parameter; 4] = [
     }),
     ("Ttoggle", 8, |slave, bit| change(slave, |all| all.ttoggle ^= 1 << bit)),
     ("Ntoggle", 8, |slave, bit| change(slave, |all| all.ntoggle ^= 1 << bit)),
+    ("lifetime of telemetry", 64, |slave, bit| slave.same_lifetime = flipped(slave.same_lifetime, bit)),
+    ("Node-ID", 7, |slave, bit| {
+        let node = NodeId::new(slave.heartbeat.node().get() ^ 1 << bit).unwrap();
+        slave.heartbeat = heartbeat::machine::Producer::new(node, slave.redundancy.producer);
+    }),
 ];
 
 /// Changes the parameters of the selector.

@@ -68,6 +68,8 @@ pub struct MinimalSlave<D: MinimalDevice> {
     redundancy: Parameters,
     /// Time after which telemetry that waits for its bus expires.
     lifetime: Duration,
+    /// A copy of the lifetime.
+    same_lifetime: Duration,
     buses: Buses,
     selector: Selector,
     heartbeat: heartbeat::machine::Producer,
@@ -208,10 +210,14 @@ impl<D: MinimalDevice> MinimalSlave<D> {
         turn.out.event(MinimalEvent::ActiveBus { bus, cause });
     }
 
-    /// Returns whether both copies of each parameter are equal. A board whose node is not intact is reset.
+    /// Returns whether both copies of each parameter are equal, and heartbeats go on. A board whose node is not intact is reset.
     fn is_intact(&self) -> bool {
+        let has_heartbeats = self.redundancy.producer > Duration::ZERO;
         self.redundancy.agrees(self.selector.parameters())
             && self.heartbeat.period() == self.redundancy.producer
+            && self.heartbeat.deadline().is_some() == has_heartbeats
+            && self.heartbeat.node() == self.id
+            && self.lifetime == self.same_lifetime
     }
 
     /// Does what is due.
