@@ -10,7 +10,7 @@ const EXCEPTIONS: [&str; 1] = ["getrandom"];
 /// Returns third-party packages and their features, as cargo compiles them for these packages of the workspace.
 fn compiled(selection: &[&str]) -> BTreeSet<String> {
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["tree", "--offline", "--no-dedupe", "--prefix", "none", "--format", "{p} [{f}]"]);
+    cargo.args(["tree", "--locked", "--no-dedupe", "--prefix", "none", "--format", "{p} [{f}]"]);
     let output = cargo.args(selection).current_dir(crate::workspace()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
