@@ -11,13 +11,18 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
     /// Takes objects 1016h and 1F81h, before power-on and after "reset communication".
     pub(super) fn take_assignments(&mut self) {
         self.follow_consumers();
-        (1..=127).filter_map(NodeId::new).for_each(|node| self.take_assignment(node));
+        self.note_assignments();
+        (1..=127).filter_map(NodeId::new).for_each(|node| self.assign(node));
     }
 
     /// Takes the entry of a node, as it was written.
     pub(super) fn take_assignment(&mut self, node: NodeId) {
-        self.assignments = Ecc::of(&self.services.network().assignment);
+        self.note_assignments();
         self.assign(node);
+    }
+
+    fn note_assignments(&mut self) {
+        self.assignments = Ecc::of(&self.services.network().assignment);
     }
 
     /// Corrects the entries by their code, and what the boot-up process and the redundancy took from them. Returns whether a bit
