@@ -37,6 +37,7 @@ mod nmt_state;
 mod node_id;
 mod periodic;
 mod sealed;
+mod table;
 
 pub use abort::AbortCode;
 pub use address::Address;
@@ -54,3 +55,4 @@ pub use nmt_state::NmtState;
 pub use node_id::{IsNodeId, NodeId, RawNodeId};
 pub use periodic::Periodic;
 pub use sealed::Sealed;
+pub use table::Table;

@@ -2,9 +2,8 @@
 
 use core::fmt::Debug;
 
-use crate::profile::Profile;
 use crate::redundancy::{Pair, Standby, Strap};
-use crate::types::{Canonical, Flag, Instant, correct};
+use crate::types::{Canonical, CobId, Duration, Flag, Instant, correct};
 
 /// Master boards of a mission. The image of a mission with one board has no code for a standby.
 pub trait MasterBoards: Debug + Canonical<Context = ()> + 'static {
@@ -34,10 +33,19 @@ pub struct TwoBoards {
     copies: [(Pair, Strap); 2],
 }
 
+/// Numbers of one board, without a meaning.
+const OF_ONE: Pair = Pair {
+    consumer: Duration::ZERO,
+    prime_listens: Duration::ZERO,
+    second_listens: Duration::ZERO,
+    prime_claims: CobId::SYNC,
+    second_claims: CobId::SYNC,
+};
+
 impl TwoBoards {
     /// Makes the board with this strap, before power-on. Without a `pair` it is as [`OneBoard`].
     pub fn new(pair: Option<Pair>, strap: Strap) -> TwoBoards {
-        let (are_two, pair) = (Flag::of(pair.is_some()), pair.unwrap_or(Profile::PAIR));
+        let (are_two, pair) = (Flag::of(pair.is_some()), pair.unwrap_or(OF_ONE));
         TwoBoards { are_two, standby: Standby::new(pair, strap), copies: [(pair, strap); 2] }
     }
 }
@@ -77,16 +85,22 @@ impl MasterBoards for TwoBoards {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::types::{CobId, Duration};
 
     const NOW: Instant = Instant::from_micros(46_912_496_118);
+    const PAIR: Pair = Pair {
+        consumer: Duration::from_millis(400),
+        prime_listens: Duration::from_millis(700),
+        second_listens: Duration::from_millis(1_000),
+        prime_claims: CobId::new(0x680).unwrap(),
+        second_claims: CobId::new(0x681).unwrap(),
+    };
     const STRAPS: [Strap; 2] = [Strap::Prime, Strap::Second];
 
     /// The numbers of a mission, each with a bit that flipped.
     fn flipped() -> impl Iterator<Item = Pair> {
         let span = |span: Duration, bit: u32| Duration::from_micros(span.as_micros() ^ 1 << bit);
         let id = |id: CobId, bit: u32| CobId::new(id.raw() ^ 1 << (bit % 11));
-        let pair = Profile::PAIR;
+        let pair = PAIR;
         (0..64).flat_map(move |bit| {
             let spans = [
                 Pair { consumer: span(pair.consumer, bit), ..pair },
@@ -103,9 +117,9 @@ mod tests {
     #[test]
     fn flipped_number_of_a_board_is_corrected() {
         for (copy, strap) in (0..3).flat_map(|copy| STRAPS.map(|strap| (copy, strap))) {
-            for pair in flipped().chain([Profile::PAIR]) {
-                let strap_too = if pair == Profile::PAIR { STRAPS[1 - strap as usize] } else { strap };
-                let mut boards = TwoBoards::new(Some(Profile::PAIR), strap);
+            for pair in flipped().chain([PAIR]) {
+                let strap_too = if pair == PAIR { STRAPS[1 - strap as usize] } else { strap };
+                let mut boards = TwoBoards::new(Some(PAIR), strap);
                 boards.standby.start(NOW);
                 let before = boards.clone();
                 match copy {
@@ -114,10 +128,7 @@ mod tests {
                 }
                 assert!(boards.refresh(NOW), "copy {copy}: {pair:?}");
                 assert!(!boards.refresh(NOW));
-                assert_eq!(
-                    (boards.standby().unwrap().pair(), boards.standby.strap()),
-                    (&Profile::PAIR, strap)
-                );
+                assert_eq!((boards.standby().unwrap().pair(), boards.standby.strap()), (&PAIR, strap));
                 assert_eq!(boards.copies, before.copies);
             }
         }
@@ -126,10 +137,10 @@ mod tests {
     /// Given one of two boards, when it looks for flipped bits, then it takes over no later than a power-on would have it.
     #[test]
     fn end_of_the_silence_of_the_other_board_is_bounded() {
-        let mut boards = TwoBoards::new(Some(Profile::PAIR), Strap::Second);
+        let mut boards = TwoBoards::new(Some(PAIR), Strap::Second);
         boards.standby.start(NOW + Duration::from_millis(1 << 30));
         assert!(!boards.refresh(NOW));
-        let Pair { consumer, second_listens, .. } = Profile::PAIR;
+        let Pair { consumer, second_listens, .. } = PAIR;
         assert_eq!(boards.standby.deadline(), Some(NOW + consumer.max(second_listens)));
     }
 }
