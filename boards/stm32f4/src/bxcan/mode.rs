@@ -15,7 +15,7 @@
 //!
 //! Verifies: ECSS 5.6.2a
 
-use ecss_can::types::{Duration, Flag, Instant};
+use ecss_can::types::{Duration, Instant};
 
 /// Multiple of the time for emptying mailboxes after which a request counts as stalled: the controller is defective or its bus is dominant
 /// all the time.
@@ -66,8 +66,8 @@ pub(super) struct Mode {
     since: Instant,
     /// Configured value of SILM: the controller only listens. `None` before the first configuration.
     configured: Option<bool>,
-    on_bus: Flag,
-    listens: Flag,
+    on_bus: bool,
+    listens: bool,
     stall_told: bool,
     /// Time that mailboxes may take to become empty.
     emptying: Duration,
@@ -80,8 +80,8 @@ impl Mode {
             step: Step::Entering,
             since: now,
             configured: None,
-            on_bus: Flag::of(false),
-            listens: Flag::of(false),
+            on_bus: false,
+            listens: false,
             stall_told: false,
             emptying,
         }
@@ -89,22 +89,22 @@ impl Mode {
 
     /// Requests that the controller be on the bus or off it. `listens`: on the bus without driving a dominant bit.
     pub fn want(&mut self, on_bus: bool, listens: bool) {
-        (self.on_bus, self.listens) = (Flag::of(on_bus), Flag::of(listens));
+        (self.on_bus, self.listens) = (on_bus, listens);
     }
 
     /// Returns whether frames may be put into mailboxes.
     pub fn is_wanted_to_send(&self) -> bool {
-        self.on_bus.is_set() && !self.listens.is_set()
+        self.on_bus && !self.listens
     }
 
     fn is_configured(&self) -> bool {
-        self.configured == Some(self.listens.is_set())
+        self.configured == Some(self.listens)
     }
 
     /// Starts the recovery from bus-off, which needs INRQ set and cleared (RM0090 32.7.6). The returned request is to
     /// be written at once.
     pub fn recover(&mut self, now: Instant) -> Option<Request> {
-        let recovers = self.on_bus.is_set() && matches!(self.step, Step::OnBus | Step::Joining);
+        let recovers = self.on_bus && matches!(self.step, Step::OnBus | Step::Joining);
         recovers.then(|| self.enter(Step::Entering, Request::Init, now))
     }
 
@@ -125,28 +125,33 @@ impl Mode {
         self.is_init().then(|| self.enter(Step::Entering, Request::Init, now))
     }
 
+    /// Takes what was requested from a controller in which no change is in progress. If it contradicts the state, a bit flipped.
+    pub fn restore(&mut self, on_bus: bool, listens: bool) {
+        if !self.is_settled() {
+            self.want(on_bus, listens);
+        }
+    }
+
     /// Returns the next write. Call it after every change until it returns `None`.
     pub fn advance(&mut self, seen: Seen, now: Instant) -> Option<Request> {
-        let (on_bus, is_configured) = (self.on_bus.is_set(), self.is_configured());
         match self.step {
-            Step::Entering | Step::Silent if seen.init && !is_configured => {
-                let listens = self.listens.is_set();
-                self.configured = Some(listens);
-                Some(Request::Configure { listens })
+            Step::Entering | Step::Silent if seen.init && !self.is_configured() => {
+                self.configured = Some(self.listens);
+                Some(Request::Configure { listens: self.listens })
             }
             Step::Entering if seen.init => {
                 self.reach(Step::Silent, now);
                 self.advance(seen, now)
             }
-            Step::Silent if on_bus => Some(self.enter(Step::Joining, Request::Normal, now)),
+            Step::Silent if self.on_bus => Some(self.enter(Step::Joining, Request::Normal, now)),
             Step::Joining if !seen.init => {
                 self.reach(Step::OnBus, now);
                 self.advance(seen, now)
             }
-            Step::Joining | Step::OnBus if !on_bus || !is_configured => {
+            Step::Joining | Step::OnBus if !self.on_bus || !self.is_configured() => {
                 Some(self.enter(Step::Emptying, Request::Abort, now))
             }
-            Step::Emptying if on_bus && is_configured => {
+            Step::Emptying if self.on_bus && self.is_configured() => {
                 self.reach(Step::Joining, now);
                 self.advance(seen, now)
             }
@@ -160,12 +165,12 @@ impl Mode {
     /// Returns whether the controller has reached the requested mode.
     #[cfg_attr(target_os = "none", inline(never))] // row `size.pyboard-v11.slave.flash`
     pub fn is_settled(&self) -> bool {
-        self.is_configured() && self.step == if self.on_bus.is_set() { Step::OnBus } else { Step::Silent }
+        self.is_configured() && self.step == if self.on_bus { Step::OnBus } else { Step::Silent }
     }
 
     /// Returns whether the controller is in Init mode and stays there.
     pub fn is_silent(&self) -> bool {
-        !self.on_bus.is_set() && self.is_settled()
+        !self.on_bus && self.is_settled()
     }
 
     /// Returns, once for each request, whether the present request takes too long.
@@ -266,6 +271,34 @@ mod tests {
         assert_eq!(mode.lose(ms(1)), Some(Request::Init));
         assert_eq!(requests(&mut mode, INIT, ms(2)), [CONFIGURE]);
         assert_eq!((mode.configured(), mode.is_silent()), (Some(false), true));
+    }
+
+    /// Given a controller on its bus, off it or listening, when a bit of the request flips, then it is requested as before.
+    #[test]
+    fn flipped_request_is_taken_from_the_controller() {
+        type Flip = fn(&mut Mode);
+        let flips: [Flip; 2] = [|mode| mode.on_bus = !mode.on_bus, |mode| mode.listens = !mode.listens];
+        for (flip, (on_bus, listens)) in flips
+            .iter()
+            .flat_map(|flip| [(false, false), (true, false), (true, true)].map(|mode| (flip, mode)))
+        {
+            let mut mode = silent();
+            mode.want(on_bus, listens);
+            requests(&mut mode, INIT, ms(1));
+            requests(&mut mode, NORMAL, ms(2));
+            assert!(mode.is_settled());
+            flip(&mut mode);
+            mode.restore(on_bus, listens);
+            assert_eq!((mode.on_bus, mode.listens, mode.is_settled()), (on_bus, listens, true));
+        }
+    }
+
+    /// Given a controller on its bus, when its INRQ flips, then its mode stays as it was.
+    #[test]
+    fn settled_mode_is_not_taken_from_the_controller() {
+        let mut mode = on_bus();
+        mode.restore(false, false);
+        assert!(mode.is_wanted_to_send() && mode.is_settled());
     }
 
     /// Verifies: ECSS 8.2.1a.1

@@ -49,6 +49,11 @@ impl ControllerTiming {
         if listens { self.value | LISTENS } else { self.value }
     }
 
+    /// Returns whether a value of CAN_BTR is that of a controller that only listens.
+    pub fn listens(register: u32) -> bool {
+        register & LISTENS != 0
+    }
+
     /// Returns the length of a bit in clocks of the controller.
     pub fn clocks(&self) -> u32 {
         self.clocks.into()
@@ -84,6 +89,10 @@ mod tests {
     fn settings_are_those_of_the_bit_timing() {
         assert_eq!(settings().register(false), 2 | 10 << 16 | 1 << 20);
         assert_eq!(settings().register(true), 2 | 10 << 16 | 1 << 20 | 1 << 31);
+        assert!(
+            ControllerTiming::listens(settings().register(true))
+                && !ControllerTiming::listens(settings().register(false))
+        );
         assert_eq!(settings().clocks(), 42);
     }
 

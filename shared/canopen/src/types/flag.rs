@@ -25,7 +25,6 @@ impl Flag {
     }
 
     /// Returns whether it is set.
-    #[inline(never)] // rows `size.pyboard-v11.slave.flash`, `rx.interrupt_to_dictionary_accelerated`
     pub const fn is_set(self) -> bool {
         MAJORITY >> (self.0 & SET) & 1 != 0
     }

@@ -17,6 +17,7 @@ use crate::bxcan::events::EventQueue;
 use crate::bxcan::{banks, registers};
 use crate::registers::count;
 use crate::stamping::FrameStamps;
+use crate::timing::ControllerTiming;
 
 /// Parts that are compared in turn.
 const PARTS: u8 = 4;
@@ -76,6 +77,9 @@ impl<S: FrameStamps> Port<S> {
     /// Returns the address of MCR or BTR if it is not as the port has written it.
     fn lost_setting(&mut self, controller: Can) -> Option<u32> {
         let (mode, timing) = (controller.mcr().read(), controller.btr().read().0);
+        if self.is_quiet {
+            self.mode.restore(!mode.inrq(), ControllerTiming::listens(timing));
+        }
         if mode != registers::mode(self.mode.is_init()) {
             return Some(controller.mcr().as_ptr() as u32);
         }
