@@ -12,7 +12,7 @@ use super::{
 };
 use crate::nmt::Target;
 use crate::sdo;
-use crate::types::{CobId, Instant, NmtState, NodeId, Table};
+use crate::types::{CobId, Instant, NmtState, NodeId};
 
 /// Runs the boot-up processes of all slaves.
 #[doc(alias("NMT boot-up", "CiA 302-2", "1F80h", "1F81h", "1F89h"))]
@@ -20,7 +20,7 @@ use crate::types::{CobId, Instant, NmtState, NodeId, Table};
 pub struct Boot {
     pub(super) policy: BootPolicy,
     pub(super) objects: Identified,
-    pub(super) settings: Table<Setting>,
+    pub(super) settings: &'static [Setting],
     pub(super) records: Records,
     pub(super) process: Option<Process>,
     pub(super) senders: Senders,
@@ -44,7 +44,7 @@ impl Boot {
         Boot {
             policy,
             objects,
-            settings: Table::of(settings),
+            settings,
             records: Records::new(),
             process: None,
             senders: Senders::new(),
@@ -62,7 +62,7 @@ impl Boot {
     /// Returns the node that sends PDOs with this COB-ID: by the settings of the slaves, else by the pre-defined
     /// connection set.
     pub fn producer(&self, id: CobId) -> Option<NodeId> {
-        let configured = self.settings.get().iter().find(|setting| setting.transmits() == Some(id));
+        let configured = self.settings.iter().find(|setting| setting.transmits() == Some(id));
         configured.map_or_else(|| id.node(), |setting| Some(setting.node))
     }
 
@@ -230,8 +230,7 @@ impl Boot {
             self.last = node.get();
             self.records.set_queued(node, false);
             self.senders.forget(node);
-            self.process =
-                Some(Process::new(node, self.objects, expected(node), self.settings.get(), common));
+            self.process = Some(Process::new(node, self.objects, expected(node), self.settings, common));
             self.set_progress(node, BootProgress::Checking);
         }
         self.process.as_mut().filter(|process| !process.is_asked).map(Process::request)

@@ -37,7 +37,6 @@ mod nmt_state;
 mod node_id;
 mod periodic;
 mod sealed;
-mod table;
 
 pub use abort::AbortCode;
 pub use address::Address;
@@ -55,4 +54,3 @@ pub use nmt_state::NmtState;
 pub use node_id::{IsNodeId, NodeId, RawNodeId};
 pub use periodic::Periodic;
 pub use sealed::Sealed;
-pub use table::Table;

@@ -44,7 +44,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         if !self.redundancy.is_announced() {
             return;
         }
-        let minimal = self.minimal.get();
+        let minimal = self.minimal;
         let is_minimal = |node| minimal.iter().any(|minimal| minimal.node == node);
         let stranded = self.redundancy.peers().stranded().filter(|node| !is_minimal(*node));
         if let Some(node) = self.rescue.no_sooner().poll(turn.until, stranded) {

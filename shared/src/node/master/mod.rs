@@ -43,7 +43,7 @@ use crate::redundancy::{MasterBoards, MasterRedundancy, OneBoard, Rescue};
 use crate::store::Group;
 use crate::sync;
 use crate::time::{ClockCopies, LocalClock};
-use crate::types::{Bus, CobId, Ecc, Frame, Instant, NodeId, Scet, Table};
+use crate::types::{Bus, CobId, Ecc, Frame, Instant, NodeId, Scet};
 
 type Turn<'a> = super::Turn<'a, MasterEvent>;
 
@@ -68,9 +68,9 @@ pub struct Master<D: SpacecraftDevice, B: MasterBoards = OneBoard> {
     rescue: Timed<Rescue>,
     sync: Timed<sync::machine::Producer>,
     /// COB-IDs of [`Profile::stamped`].
-    stamped: Table<CobId>,
+    stamped: &'static [CobId],
     /// [`Profile::minimal`].
-    minimal: Table<MinimalNode>,
+    minimal: &'static [MinimalNode],
     /// Neither its boot-up message nor a later heartbeat was acknowledged: emergencies, which would win
     /// arbitration, wait.
     is_booting: bool,
@@ -95,8 +95,8 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
             rescue: Timed::new(Rescue::default()),
             // Boot-up configures it by the objects.
             sync: Timed::new(sync::machine::Producer::with(sync::machine::Config::new(0, 0, 0))),
-            stamped: Table::of(profile.stamped),
-            minimal: Table::of(profile.minimal),
+            stamped: profile.stamped,
+            minimal: profile.minimal,
             is_booting: true,
             filters: Timed::new(ChangedFilters::default()),
             // Large ones last: the compiler makes them in their places where no loop follows.
@@ -280,7 +280,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Node for Master<D, B> {
         let is_measured = if self.services.is_sync(id) {
             sync::is_sync_length(frame)
         } else {
-            self.stamped.get().contains(&id) || self.services.is_ranged(id)
+            self.stamped.contains(&id) || self.services.is_ranged(id)
         };
         is_measured && bus == self.redundancy.active()
     }

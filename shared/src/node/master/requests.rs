@@ -261,7 +261,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
         let Self { redundancy, services, errors: reader, minimal, .. } = self;
         let errors = services.errors();
         // One that does not count has no SDO server as far as the master knows.
-        let is_minimal = |node| minimal.get().iter().any(|minimal| minimal.node == node);
+        let is_minimal = |node| minimal.iter().any(|minimal| minimal.node == node);
         let has_server = |node| redundancy.peers().counts(node) && !is_minimal(node);
         let question = reader.no_sooner().question(errors, has_server, until);
         let Some((node, object)) = question else { return false };

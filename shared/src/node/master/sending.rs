@@ -53,7 +53,7 @@ impl<D: SpacecraftDevice, B: MasterBoards> Master<D, B> {
 
     /// Returns the entry of a slave of the minimal set.
     pub(super) fn minimal(&self, node: NodeId) -> Option<&'static MinimalNode> {
-        self.minimal.get().iter().find(|minimal| minimal.node == node)
+        self.minimal.iter().find(|minimal| minimal.node == node)
     }
 
     /// Sends a command or a telemetry request to a minimal slave by one of its four receive PDOs (0 is the first;
