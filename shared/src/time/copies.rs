@@ -36,7 +36,7 @@ mod tests {
     use super::*;
     use crate::types::{FineInstant, FineScet};
 
-    const UNITS_PER_SECOND: u64 = FineInstant::PER_MICRO as u64 * 1_000_000;
+    const UNITS_PER_SECOND: u64 = FineInstant::PER_MICRO * 1_000_000;
 
     /// Given a clock with its copies that was set at 10 s.
     fn at_ten_seconds() -> (LocalClock, ClockCopies) {
